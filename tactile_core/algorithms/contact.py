@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import cv2
@@ -160,15 +161,8 @@ def contact_mask(
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
     steep = slope > max(min_slope, CONTACT.detection_sigmas * _slope_noise(slope))
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
-    )
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
-    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    for label in np.flatnonzero(large[1:]) + 1:
-        x, y, width, height = (int(value) for value in stats[label, :4])
-        window = np.s_[y : y + height, x : x + width]
-        region = labels[window] == label
+    for window, region in _parts(coarse > low_mm, min_area_px):
         heights_mm = coarse[window][region]
         peak_mm = float(heights_mm.max())
         flank = np.count_nonzero(region & steep[window])
@@ -177,8 +171,10 @@ def contact_mask(
             if share is None:
                 share = _border(heights_mm / peak_mm, slope[window][region])
             border_mm = max(low_mm, share * peak_mm)
-            touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
-            _draw(mask, height_mm, step_px, touched, (x, y), size, border_mm)
+            corner = window[1].start, window[0].start
+            for inner, touched in _parts(region & (coarse[window] > border_mm), min_area_px):
+                at = corner[0] + inner[1].start, corner[1] + inner[0].start
+                _draw(mask, height_mm, step_px, touched, at, size, border_mm)
     return mask.view(bool)
 
 
@@ -227,13 +223,28 @@ def _sample(image: Array) -> Array:
     return np.asarray(image[::step, ::step].ravel())
 
 
-def _without_specks(touched: Bool, min_area_px: float) -> Bool:
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        touched.view(np.uint8), connectivity=8, ltype=cv2.CV_16U
-    )
-    keep = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    keep[0] = False
-    return np.asarray(keep[labels])
+def _parts(mask: Bool, min_area_px: float) -> Iterator[tuple[tuple[slice, slice], Bool]]:
+    """Connected parts of a mask that are large enough: the window (rows, columns) of each, and it.
+
+    Other parts may reach into the window.
+    """
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    window = slice(y, y + height), slice(x, x + width)
+    inside = mask[window].view(np.uint8)
+    if not inside.size:
+        return
+    # most often there is one part, whose statistics would take longer than to find it
+    count, labels = cv2.connectedComponents(inside, connectivity=8, ltype=cv2.CV_16U)
+    if count == 2:
+        if np.count_nonzero(inside) >= min_area_px:
+            yield window, mask[window]
+        return
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=8, ltype=cv2.CV_16U)
+    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
+    for label in np.flatnonzero(large[1:]) + 1:
+        left, top, width, height = (int(value) for value in stats[label, :4])
+        part = labels[top : top + height, left : left + width] == label
+        yield (slice(y + top, y + top + height), slice(x + left, x + left + width)), part
 
 
 def _draw(

@@ -22,7 +22,7 @@ from tactile_core.algorithms.arrays.filling import filled
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.regression import fit_polynomial, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
-from tactile_core.algorithms.contact import _without_specks
+from tactile_core.algorithms.contact import _parts
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.kriging import Kriging
@@ -112,7 +112,7 @@ def regions() -> Iterator[Row]:
     yield "areas: connectedComponentsWithStats | regionprops", by_opencv, by_skimage
     yield (
         "specks: connectedComponentsWithStats | remove_small_objects",
-        lambda: _without_specks(mask, 20),
+        lambda: list(_parts(mask, 20)),
         lambda: morphology.remove_small_objects(mask, max_size=19, connectivity=2),
     )
     yield (

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
@@ -73,6 +75,7 @@ def contact_mask(
     border_fraction: float | None = None,
     min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
+    compiled: bool = False,
 ) -> Bool:
     """Segment the contact area.
 
@@ -111,6 +114,8 @@ def contact_mask(
         Least slope of the flank of a contact, dimensionless.
     min_area_mm2 : float
         Least area of a contact, in mm².
+    compiled : bool
+        Whether to use compiled loops if they are available.
 
     Returns
     -------
@@ -136,6 +141,19 @@ def contact_mask(
     shrink = max(step_px, round(np.sqrt(mask.size / CONTACT.coarse_px)))
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrunk(height_mm, size)
+    loops = kernels.chosen(compiled)
+    # the loops need whole cells, also of the height
+    exact = (size[0] * shrink, size[1] * shrink) == (columns, rows) and shrink % step_px == 0
+    if loops is not None and exact and min(size) > 1:
+        border_mm, spacing_mm = np.empty(coarse.shape, np.float32), shrink * mm_per_px
+        share = -1.0 if border_fraction is None else float(border_fraction)
+        area = min_area_mm2 / spacing_mm**2
+        options = float(min_indentation_mm), share, float(min_slope), area
+        if loops.touched_regions(
+            coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, border_mm
+        ):
+            loops.drawn_contact(np.ascontiguousarray(height_mm), border_mm, step_px, mask)
+        return mask.view(bool)
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
     detectable_mm = max(min_indentation_mm, CONTACT.detection_sigmas * noise_mm)
@@ -143,15 +161,8 @@ def contact_mask(
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
     steep = slope > max(min_slope, CONTACT.detection_sigmas * _slope_noise(slope))
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (coarse > low_mm).view(np.uint8), connectivity=8, ltype=cv2.CV_16U
-    )
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
-    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    for label in np.flatnonzero(large[1:]) + 1:
-        x, y, width, height = (int(value) for value in stats[label, :4])
-        window = np.s_[y : y + height, x : x + width]
-        region = labels[window] == label
+    for window, region in _parts(coarse > low_mm, min_area_px):
         heights_mm = coarse[window][region]
         peak_mm = float(heights_mm.max())
         flank = np.count_nonzero(region & steep[window])
@@ -160,10 +171,22 @@ def contact_mask(
             if share is None:
                 share = _border(heights_mm / peak_mm, slope[window][region])
             border_mm = max(low_mm, share * peak_mm)
-            touched = _without_specks(region & (coarse[window] > border_mm), min_area_px)
-            _draw(mask, height_mm, step_px, touched, (x, y), size, border_mm)
+            corner = window[1].start, window[0].start
+            for inner, touched in _parts(region & (coarse[window] > border_mm), min_area_px):
+                at = corner[0] + inner[1].start, corner[1] + inner[0].start
+                _draw(mask, height_mm, step_px, touched, at, size, border_mm)
     return mask.view(bool)
 
+
+_OF_NOISE = (
+    SIGMA_PER_MEDIAN,
+    CONTACT.region_sigmas,
+    CONTACT.detection_sigmas,
+    CONTACT.largest_noise_share,
+    CONTACT.rayleigh_quartile,
+)
+_OF_BORDER = (CONTACT.bands, CONTACT.highest_band, CONTACT.border_ratio)
+"""Parameters of the compiled loops."""
 
 _SQUARE = np.ones((3, 3), np.uint8)
 """Neighbourhood of a pixel."""
@@ -191,18 +214,37 @@ def _border(depth: Array, slope: Array) -> float:
     return CONTACT.border_ratio * (steepest + 0.5) / bands
 
 
+def _sample_step(image: Array) -> int:
+    return max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
+
+
 def _sample(image: Array) -> Array:
-    step = max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
+    step = _sample_step(image)
     return np.asarray(image[::step, ::step].ravel())
 
 
-def _without_specks(touched: Bool, min_area_px: float) -> Bool:
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        touched.view(np.uint8), connectivity=8, ltype=cv2.CV_16U
-    )
-    keep = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    keep[0] = False
-    return np.asarray(keep[labels])
+def _parts(mask: Bool, min_area_px: float) -> Iterator[tuple[tuple[slice, slice], Bool]]:
+    """Connected parts of a mask that are large enough: the window (rows, columns) of each, and it.
+
+    Other parts may reach into the window.
+    """
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    window = slice(y, y + height), slice(x, x + width)
+    inside = mask[window].view(np.uint8)
+    if not inside.size:
+        return
+    # most often there is one part, whose statistics would take longer than to find it
+    count, labels = cv2.connectedComponents(inside, connectivity=8, ltype=cv2.CV_16U)
+    if count == 2:
+        if np.count_nonzero(inside) >= min_area_px:
+            yield window, mask[window]
+        return
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=8, ltype=cv2.CV_16U)
+    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
+    for label in np.flatnonzero(large[1:]) + 1:
+        left, top, width, height = (int(value) for value in stats[label, :4])
+        part = labels[top : top + height, left : left + width] == label
+        yield (slice(y + top, y + top + height), slice(x + left, x + left + width)), part
 
 
 def _draw(

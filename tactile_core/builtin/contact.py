@@ -44,6 +44,10 @@ class Contact(Estimator):
         """Return the contact mask; all False when nothing touches."""
         grid = grid_of(height, "mm").of_image()
         mask = contact_mask(
-            grid.cells, step_px=grid.step_px, mm_per_px=height.mm_per_px, **self._thresholds
+            grid.cells,
+            step_px=grid.step_px,
+            mm_per_px=height.mm_per_px,
+            compiled=self.context.compiled,
+            **self._thresholds,
         )
         return ContactMask(mask, height.mm_per_px, height.timestamp_s)

@@ -17,6 +17,7 @@ from tactile_core.algorithms.slip.wide_contact import fills_view
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactShear, DisplacementField, MarkerField, SlipContact
+from tactile_core.quantities.on_demand import grid_of
 
 
 class ShearParameters(NamedTuple):
@@ -90,6 +91,7 @@ class ShearOfContact(Estimator):
             window_mm=chosen.window_mm,
             tolerance=chosen.tolerance,
             noise_mm=chosen.noise_mm,
+            compiled=context.compiled,
         )
         self.reset()
 
@@ -111,7 +113,9 @@ class ShearOfContact(Estimator):
         if (seen is not None and seen < VIEW.min_markers) or not displacement.valid.any():
             self.reset()
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
-        mask = picked(contact.mask, self._stride)
+        grid = grid_of(contact, "mask")
+        # that of the step before has a grid of this stride
+        mask = grid.cells if grid.step_px == self._stride else picked(contact.mask, self._stride)
         if not mask.any():
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)

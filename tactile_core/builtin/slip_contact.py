@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.plane import (
     as_complex,
+    blocks,
     coarse,
     picked,
     stride_of,
@@ -24,8 +24,8 @@ from tactile_core.algorithms.slip.touched import (
     contact_within_ring,
     covered,
     light_change,
-    peak,
     small_image,
+    steepness_of,
 )
 from tactile_core.algorithms.slip.wide_contact import rim_share
 from tactile_core.conditioning.marker_mask import MarkerFinder
@@ -40,6 +40,7 @@ from tactile_core.quantities import (
     Reference,
     SlipContact,
 )
+from tactile_core.quantities.on_demand import Grid, grid_of, on_demand
 
 
 class TouchParameters(NamedTuple):
@@ -131,8 +132,11 @@ class SlipContactFinder(Estimator):
             self._release()
         # a first frame as reference may show a contact: then the load is not known
         absolute = reference is not None and not reference.relative
-        shape = displacement.valid.shape
-        full = repeated(mask.view(np.uint8), shape).view(np.bool_)
+        shape = displacement.valid.shape[0], displacement.valid.shape[1]
+        full = on_demand(
+            lambda: repeated(mask.view(np.uint8), shape).view(np.bool_),
+            Grid(mask, self._stride, shape),
+        )
         return SlipContact(full, *load, source, absolute, displacement.timestamp_s)
 
     def _release(self) -> None:
@@ -149,16 +153,17 @@ class SlipContactFinder(Estimator):
         height: HeightMap | None,
         contact: ContactMask | None,
     ) -> _Touch:
+        image_shape = displacement.valid.shape[0], displacement.valid.shape[1]
         if contact is not None:
             found = self._measured(contact, height)
             if self._measured_once:  # a displacement is what remains of a measured contact
                 return found
         elif frame is not None and reference is not None and self._sheared is None:
-            shape = picked(displacement.valid, self._stride).shape
+            shape = blocks(image_shape, self._stride)
             found = self._in_image(frame, reference, markers, shape)
             if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
-        cells_mm, image_shape = displacement.cells_mm, displacement.valid.shape
+        cells_mm = displacement.cells_mm
         moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
         if contact is not None and not _fills_view(moved_mm):
             return found
@@ -179,8 +184,12 @@ class SlipContactFinder(Estimator):
         mask = picked(contact.mask, self._stride)
         touched = bool(mask.any())
         if height is not None:
-            steep = steepness(picked(height.mm, self._stride), self._spacing_mm, smooth=True)
-            slope = peak(steep)
+            steep, slope = steepness_of(
+                *grid_of(height, "mm"),
+                self._stride,
+                spacing_mm=self._spacing_mm,
+                compiled=self.context.compiled,
+            )
             if touched or slope > TOUCH.clear_slope:
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:

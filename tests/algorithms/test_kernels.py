@@ -15,7 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.drift import ReferenceLevels
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
@@ -24,8 +26,12 @@ from tactile_core.algorithms.markers import contrast_of, mask_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_surface import rest_plane
+from tactile_core.algorithms.slip.contact_motion import contact_motion
 from tactile_core.algorithms.slip.imprint import Imprint, step_between
+from tactile_core.algorithms.slip.plane import positions_mm
+from tactile_core.algorithms.slip.stick_region import stick_region
 from tactile_core.algorithms.slip.surface_view import SurfaceView
+from tactile_core.algorithms.slip.touched import steepness_of
 from tactile_core.algorithms.slope_field import SlopeField
 
 MM_PER_PX = 0.05
@@ -117,9 +123,9 @@ def test_slopes_agree(shape: tuple[int, int], gain: float, pitch: int) -> None:
 
     fast, plain = both_ways(
         lambda compiled: np.stack(
-            SlopeField(model, table, reference, hidden, compiled=compiled).measure(
-                pixels, hidden
-            )[:2]
+            SlopeField(model, table, reference, hidden, compiled=compiled).measure(pixels, hidden)[
+                :2
+            ]
         )
     )
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
@@ -294,3 +300,78 @@ def test_light_changes_agree(shape: tuple[int, int, int], marked: bool) -> None:
     )
     assert plain.size == shape[2] + 1
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize(("shape", "step_px"), [((120, 160), 1), ((240, 320), 2), ((96, 88), 3)])
+@given(seed=seeds, noise_mm=st.sampled_from([0.0, 0.01]))
+@settings(max_examples=6)
+def test_contacts_agree(shape: tuple[int, int], step_px: int, seed: int, noise_mm: float) -> None:
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    height = noise_mm * cv2.GaussianBlur(rng.normal(0, 3, shape), (0, 0), 2)
+    for _ in range(3):  # they may overlap each other, or leave the view
+        centre, radius = rng.uniform(0, shape), rng.uniform(5, 30)
+        cap = 1 - (np.square(y - centre[0]) + np.square(x - centre[1])) / radius**2
+        height = np.maximum(height, rng.uniform(0.1, 0.5) * cap)
+
+    def mask(compiled: bool) -> np.ndarray:
+        return contact_mask(
+            height.astype(np.float32), mm_per_px=0.05 / step_px, step_px=step_px, compiled=compiled
+        )
+
+    fast, plain = both_ways(mask)
+    np.testing.assert_array_equal(fast, plain)
+
+
+@needs_kernels
+@given(seed=seeds, count=st.integers(1, 600), share=st.floats(0, 1), even=st.booleans())
+@several
+def test_quantiles_agree(seed: int, count: int, share: float, even: bool) -> None:
+    from tactile_core.algorithms.kernels.selection import quantile_of
+
+    values = np.random.default_rng(seed).exponential(1.0, count).astype(np.float32)
+    values = np.floor(3 * values) if even else values
+    assert quantile_of(values, share) == pytest.approx(quantile(values, share), rel=1e-6)
+
+
+@needs_kernels
+@pytest.mark.parametrize("at_mm", [0.0, 6.0], ids=["inside", "at the border"])
+@given(seed=seeds, every=st.integers(1, 3))
+@settings(max_examples=6)
+def test_the_motion_of_a_contact_agrees(at_mm: float, seed: int, every: int) -> None:
+    spacing_mm, noise = 0.22, np.random.default_rng(seed).normal(0, 0.02, (2, 60, 80, 2))
+    place = positions_mm((60, 80), spacing_mm)
+    mask = np.abs(place - at_mm * (1 + 1j)) < 3.0
+    before, now = (
+        (0.05 * k + cv2.GaussianBlur(each, (0, 0), 2).view(np.complex128)[..., 0] + 0.02j * place)
+        for k, each in enumerate(noise)
+    )
+    fields = now.astype(np.complex64), before.astype(np.complex64)
+    fast, plain = both_ways(
+        lambda compiled: contact_motion(*fields, spacing_mm, mask, every, compiled=compiled)
+    )
+    for name in ("displacement", "weight", "entropy_bits"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=0, atol=AGREES)
+    position = place[mask][::every]
+    fast, plain = both_ways(
+        lambda compiled: stick_region(plain.displacement, position, plain.weight, compiled=compiled)
+    )
+    for name in ("shift_mm", "rotation_rad", "motion_mm", "rotation_mm", "sheared_mm"):
+        assert getattr(fast, name) == pytest.approx(getattr(plain, name), abs=AGREES)
+    for name in ("lag_mm", "weight"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=0, atol=AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize(("shape", "step_px"), [((120, 160), 4), ((240, 320), 2), ((121, 161), 4)])
+def test_the_steepness_on_the_grid_of_slip_agrees(shape: tuple[int, int], step_px: int) -> None:
+    noise = np.random.default_rng(0).normal(0, 1, shape).astype(np.float32)
+    cells = cv2.GaussianBlur(noise, (0, 0), 2)
+    fast, plain = both_ways(
+        lambda compiled: steepness_of(
+            cells, step_px, (480, 640), 8, spacing_mm=0.22, compiled=compiled
+        )
+    )
+    np.testing.assert_allclose(fast[0], plain[0], rtol=0, atol=AGREES)
+    assert fast[1] == pytest.approx(plain[1], abs=AGREES)

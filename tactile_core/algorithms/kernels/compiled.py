@@ -1,6 +1,7 @@
 """Every kernel, by name; importing this module imports numba."""
 
-from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, pattern_of
+from tactile_core.algorithms.kernels.contact import drawn_contact, touched_regions
+from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
@@ -20,24 +21,30 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
+from tactile_core.algorithms.kernels.shear import calm_and_entropy, fitted_motion
 from tactile_core.algorithms.kernels.slopes import (
     corrected_slopes,
     halved_where_bare,
     normal_xy_of_bytes,
 )
 from tactile_core.algorithms.kernels.spots import measured_spots
+from tactile_core.algorithms.kernels.steepness import steepness_of
 
 __all__ = [
     "backward_columns",
+    "calm_and_entropy",
     "contrast_of_bytes",
     "corrected_slopes",
     "double_divergence",
     "doubled_mask",
+    "drawn_contact",
     "energy_moments",
     "fit_sums",
+    "fitted_motion",
     "forward_columns",
-    "mean_of_channels",
+    "halved",
     "halved_where_bare",
+    "mean_of_channels",
     "measured_spots",
     "mutual_nearest",
     "neighbours_plane",
@@ -48,5 +55,7 @@ __all__ = [
     "small_step",
     "solve_low",
     "spacing",
+    "steepness_of",
+    "touched_regions",
     "undeformed_gain",
 ]

@@ -10,9 +10,62 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
+
+
+@njit(inline="always")
+def _quarter(a: Any, b: Any, c: Any, d: Any) -> Any:
+    total = np.uint16(a) + np.uint16(b) + np.uint16(c) + np.uint16(d)
+    return (total + np.uint16(2)) // np.uint16(4)
+
+
+@njit(**EXACT_ROW)
+def _halved_row(upper: Any, lower: Any, out: Any) -> None:
+    for j in range(out.size // 3):
+        k = 6 * j
+        out[3 * j] = _quarter(upper[k], upper[k + 3], lower[k], lower[k + 3])
+        out[3 * j + 1] = _quarter(upper[k + 1], upper[k + 4], lower[k + 1], lower[k + 4])
+        out[3 * j + 2] = _quarter(upper[k + 2], upper[k + 5], lower[k + 2], lower[k + 5])
+
+
+@njit(**EXACT_ROW)
+def _opaque_row(row: Any, out: Any) -> None:
+    for j in range(out.size // 4):
+        out[4 * j] = row[3 * j]
+        out[4 * j + 1] = row[3 * j + 1]
+        out[4 * j + 2] = row[3 * j + 2]
+        out[4 * j + 3] = 0
+
+
+@njit(**LOOP)
+def halved(pixels: Any, halvings: int, out: Any) -> None:
+    """Halve a colour image as often as requested; bytes are rounded each time, as OpenCV does.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3) uint8
+    halvings : int
+        0, 1 or 2; each divides both sides exactly.
+    out : (h, w, 4) float32
+        Overwritten by the result, and a last channel of 0: OpenCV warps four channels faster.
+    """
+    height, width = out.shape[:2]
+    rows, large = out.reshape(height, 4 * width), pixels.reshape(len(pixels), -1)
+    twice = np.empty((2, 6 * width), np.uint8)
+    once = np.empty(3 * width, np.uint8)
+    for i in range(height):
+        if halvings == 0:
+            _opaque_row(large[i], rows[i])
+            continue
+        if halvings == 1:
+            _halved_row(large[2 * i], large[2 * i + 1], once)
+        else:
+            _halved_row(large[4 * i], large[4 * i + 1], twice[0])
+            _halved_row(large[4 * i + 2], large[4 * i + 3], twice[1])
+            _halved_row(twice[0], twice[1], once)
+        _opaque_row(once, rows[i])
 
 
 @njit(**LOOP)
@@ -24,25 +77,20 @@ def _reflected(index: int, count: int) -> int:
 
 
 @njit(**ROW)
-def _visible_row(
-    warped: Any,
-    x: Any,
-    y: Any,
-    hidden: Any,
-    last: tuple[Any, Any],
-    lines: tuple[Any, Any, Any],
-    seen: Any,
-) -> None:
-    """Separate the channels of one row, and their weight; all 0 where hidden or out of view."""
+def _seen_row(x: Any, y: Any, hidden: Any, last: tuple[Any, Any], seen: Any) -> None:
     right, bottom = last
-    a, b, c = lines
     for j in range(x.size):
         within = (x[j] >= 0) & (y[j] >= 0) & (x[j] <= right) & (y[j] <= bottom)
-        weight = _ONE if within & (not hidden[j]) else _ZERO
-        a[j] = warped[j, 0] * weight
-        b[j] = warped[j, 1] * weight
-        c[j] = warped[j, 2] * weight
-        seen[j] = weight
+        seen[j] = _ONE if within & (not hidden[j]) else _ZERO
+
+
+@njit(**ROW)
+def _separate(warped: Any, weight: Any, a: Any, b: Any, c: Any) -> None:
+    """Separate the channels of one row; 0 where the weight is."""
+    for j in range(weight.size):
+        a[j] = warped[4 * j] * weight[j]
+        b[j] = warped[4 * j + 1] * weight[j]
+        c[j] = warped[4 * j + 2] * weight[j]
 
 
 @njit(**LOOP)
@@ -54,35 +102,53 @@ def _mirror_ends(line: Any, reach: int) -> None:
 
 
 @njit(**ROW)
-def _sum(rows: Any, others: Any, out: Any) -> None:
-    for j in range(out.size):
-        out[j] = rows[j] + others[j]
-
-
-@njit(**ROW)
 def _add(row: Any, out: Any) -> None:
     for j in range(out.size):
         out[j] += row[j]
 
 
+@njit(**ROW)
+def _sum_of_two(a: Any, b: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = a[j] + b[j]
+
+
+@njit(**ROW)
+def _sum_of_three(a: Any, b: Any, c: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = a[j] + b[j] + c[j]
+
+
+@njit(**ROW)
+def _sum_of_four(a: Any, b: Any, c: Any, d: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = a[j] + b[j] + c[j] + d[j]
+
+
 @njit(**LOOP)
 def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
-    """Sum each value and the ``side`` - 1 after it.
+    """Sum each value and the ``side`` - 1 after it; ``side`` is odd. The last sums are undefined.
 
-    Sums of 1, 2, 4, 8 … values are each made of two of the former, and joined.
+    Sums of 1, 4, 16 … values are each made of four of the former, and joined.
     """
+    count = row.size - side + 1
     of, first, second = row, spare[0], spare[1]
-    out[:] = _ZERO
-    step, joined = 1, 0
+    if side % 4 == 3:
+        _sum_of_three(row, row[1:], row[2:], out[:count])
+    elif side == 1:
+        out[:] = row
+    step, joined = 4, side % 4
     while step <= side:
-        if side & step:
-            _add(of[joined:], out[: out.size - joined])
+        end, part = row.size - step + 1, step // 4
+        _sum_of_four(of, of[part:], of[2 * part :], of[3 * part :], first[:end])
+        of, first, second = first, second, first
+        for _ in range(side // step % 4):
+            if joined == 1:
+                _sum_of_two(row, of[1:], out[:count])
+            else:
+                _add(of[joined:], out[:count])
             joined += step
-        if 2 * step <= side:
-            end = out.size - step
-            _sum(of[:end], of[step:], first[:end])
-            of, first, second = first, second, first
-        step *= 2
+        step *= 4
 
 
 @njit(**ROW)
@@ -92,15 +158,16 @@ def _slide(new: Any, old: Any, out: Any) -> None:
 
 
 @njit(**LOOP)
-def _slide_down(sums: Any, i: int, reach: int, out: Any) -> None:
-    """Sums over 2 reach + 1 rows around row i, from those around the row above."""
-    count = len(sums)
+def _slide_down(recent: Any, i: int, count: int, reach: int, out: Any) -> None:
+    """Sums over 2 reach + 1 of ``count`` rows around row i, from those around the row above."""
+    kept = len(recent)
     if i:
-        _slide(sums[_reflected(i + reach, count)], sums[_reflected(i - 1 - reach, count)], out)
+        new, old = _reflected(i + reach, count), _reflected(i - 1 - reach, count)
+        _slide(recent[new % kept], recent[old % kept], out)
         return
     out[:] = _ZERO
     for above in range(-reach, reach + 1):
-        _add(sums[_reflected(above, count)], out)
+        _add(recent[_reflected(above, count) % kept], out)
 
 
 @njit(**ROW)
@@ -128,6 +195,9 @@ def pattern_of(
 ) -> None:
     """Remove structure that is coarser than the marker pitch from a warped frame.
 
+    Each row passes through all filters before the next one; only the rows that the filters reach
+    are kept, so that they stay in the processor's cache.
+
     Parameters
     ----------
     warped : (h, w, 4) float32
@@ -146,30 +216,37 @@ def pattern_of(
     last = np.float32(width - 1), np.float32(height - 1)
     reach, grain = reaches
     n, m = width + 2 * reach, width + 2 * grain
-    visible, sums = np.empty((height, 4, n), np.float32), np.empty((height, 4 * n), np.float32)
-    first, second = np.empty(4 * n, np.float32), np.empty(4 * n, np.float32)
-    total = np.empty(4 * n, np.float32)
-    for i in range(height):
-        lines = (visible[i, 0, reach:], visible[i, 1, reach:], visible[i, 2, reach:])
-        _visible_row(warped[i], x[i], y[i], hidden[i], last, lines, seen[i])
-        visible[i, 3, reach : reach + width] = seen[i]
-        for k in range(4):
-            _mirror_ends(visible[i, k], reach)
-        _box_row(visible[i].reshape(-1), 2 * reach + 1, (first, second), sums[i])
-    relative, near = np.empty((height, 3, m), np.float32), np.empty((height, 3 * m), np.float32)
+    kept, kept_near = 2 * reach + 2, 2 * grain + 2
+    visible, sums = np.empty((kept, 4, n), np.float32), np.empty((kept, 4 * n), np.float32)
+    relative, near = np.empty((3, m), np.float32), np.empty((kept_near, 3 * m), np.float32)
+    spare = np.empty(4 * n, np.float32), np.empty(4 * n, np.float32)
+    total, total_near = np.empty(4 * n, np.float32), np.empty(3 * m, np.float32)
     least = np.float32(1e-6 * (2 * reach + 1) ** 2)
-    for i in range(height):
-        _slide_down(sums, i, reach, total)
-        for k in range(3):
-            values, out = visible[i, k, reach:], relative[i, k]
-            _relative(values, total[k * n :], total[3 * n :], seen[i], least, out[grain:])
-            _mirror_ends(out, grain)
-        _box_row(relative[i].reshape(-1), 2 * grain + 1, (first, second), near[i])
-    per_pixel, total = np.float32(1 / (2 * grain + 1) ** 2), total[: 3 * m]
-    for i in range(height):
-        _slide_down(near, i, grain, total)
-        for k in range(3):
-            _scaled_product(total[k * m :], seen[i], per_pixel, pattern[i, k])
+    per_pixel = np.float32(1 / (2 * grain + 1) ** 2)
+    for step in range(height + reach + grain):
+        i = step
+        if i < height:
+            row, weight = visible[i % kept], seen[i]
+            _seen_row(x[i], y[i], hidden[i], last, weight)
+            colours = row[0, reach:], row[1, reach:], row[2, reach:]
+            _separate(warped[i].reshape(-1), weight, colours[0], colours[1], colours[2])
+            row[3, reach : reach + width] = weight
+            for k in range(4):
+                _mirror_ends(row[k], reach)
+            _box_row(row.reshape(-1), 2 * reach + 1, spare, sums[i % kept])
+        i -= reach
+        if 0 <= i < height:
+            _slide_down(sums, i, height, reach, total)
+            for k in range(3):
+                values, out = visible[i % kept, k, reach:], relative[k]
+                _relative(values, total[k * n :], total[3 * n :], seen[i], least, out[grain:])
+                _mirror_ends(out, grain)
+            _box_row(relative.reshape(-1), 2 * grain + 1, spare, near[i % kept_near])
+        i -= grain
+        if i >= 0:
+            _slide_down(near, i, height, grain, total_near)
+            for k in range(3):
+                _scaled_product(total_near[k * m :], seen[i], per_pixel, pattern[i, k])
 
 
 @njit(**ROW)
@@ -207,6 +284,14 @@ def energy_moments(pattern: Any) -> tuple[float, float, float, float]:
 def _lowest(first: Any, second: Any, third: Any, out: Any) -> None:
     for j in range(out.size):
         out[j] = min(first[j], min(second[j], third[j]))
+
+
+@njit(**ROW)
+def _lowest_product(before: tuple[Any, Any, Any], now: tuple[Any, Any, Any], out: Any) -> None:
+    a, b, c = before
+    d, e, f = now
+    for j in range(out.size):
+        out[j] = min(a[j] * d[j], min(b[j] * e[j], c[j] * f[j]))
 
 
 @njit(**ROW)
@@ -270,7 +355,7 @@ def fit_sums(
         values.
     """
     height, channels, width = before.shape
-    sums, both = np.zeros(13), np.empty((3, width), np.float32)
+    sums = np.zeros(13)
     lowest = np.empty(width, np.float32)
     # no weight at the ends of the channels, where one is next to another
     weights = np.zeros((channels, width), np.float32)
@@ -279,11 +364,11 @@ def fit_sums(
     weight, column = weights.reshape(-1)[1:-1], columns.reshape(-1)[1:-1]
     before, now = before.reshape(height, -1), now.reshape(height, -1)
     for i in range(1, height - 1, 2):
-        for k in range(3):
-            _scaled_product(seen_before[i + k - 1], seen_now[i + k - 1], _ONE, both[k])
-        _lowest(both[0], both[1], both[2], lowest)
-        for k in range(channels):
-            _lowest(lowest[:-2], lowest[1:-1], lowest[2:], weights[k, 1:-1])
+        of_before = seen_before[i - 1], seen_before[i], seen_before[i + 1]
+        _lowest_product(of_before, (seen_now[i - 1], seen_now[i], seen_now[i + 1]), lowest)
+        _lowest(lowest[:-2], lowest[1:-1], lowest[2:], weights[0, 1:-1])
+        for k in range(1, channels):
+            weights[k] = weights[0]
         row = np.float32(i - centre[1])
         found = _fit_row(_around(before, i), _around(now, i), weight, column, row)
         for k in range(12):

@@ -63,6 +63,30 @@ def _runs(dark: UInt8, runs: Any, parent: Any) -> int:
 
 
 @njit(**LOOP)
+def joined_runs(dark: UInt8) -> tuple[Any, Any]:
+    """Find the runs of dark pixels in each row, and the first run of the spot of each.
+
+    Parameters
+    ----------
+    dark : (h, w) uint8
+
+    Returns
+    -------
+    runs : (N, 3) int32
+        Row, first column, and the column after the last.
+    root : (N,) int32
+        Number of the first run to which it is connected, also diagonally.
+    """
+    rows, columns = dark.shape
+    runs = np.empty((rows * ((columns + 1) // 2), 3), np.int32)
+    parent = np.empty(len(runs), np.int32)
+    count = _runs(dark, runs, parent)
+    for run in range(count):
+        parent[run] = _root(parent, run)
+    return runs[:count], parent[:count]
+
+
+@njit(**LOOP)
 def _numbers(runs: Any, parent: Any, count: int, columns: int) -> tuple[Any, int]:
     """Number the spots from 1 on in the order of their first blocks; return each run's number."""
     numbers = np.zeros(count, np.int32)

@@ -193,7 +193,8 @@ def _sums(before: Imprint, now: Imprint) -> Array:
     channels = now.pattern.shape[2]
     # next to a hidden pixel, the gradient is that of the mask
     both = np.asarray(cv2.erode(before.seen * now.seen, _SQUARE), np.float32)
-    weight = np.repeat(both[INNER], channels, axis=1)
+    # much faster than to repeat each value: the channels of a pixel are neighbours
+    weight = np.asarray(cv2.merge([both[INNER]] * channels)).reshape(len(both[INNER]), -1)
     total = (before.pattern + now.pattern).reshape(len(both), -1)
     # central differences of the mean of both
     across = total[1:-1:2, 2 * channels :] - total[1:-1:2, : -2 * channels]
@@ -211,8 +212,14 @@ def _sums(before: Imprint, now: Imprint) -> Array:
     before_rows, now_rows = (each.pattern.reshape(len(both), -1)[inner] for each in (before, now))
     np.multiply(np.subtract(now_rows, before_rows, out=change), weight, out=change)
     np.multiply(total[inner], weight * np.float32(0.5), out=middle)
-    flat = values.reshape(5, -1)
-    products = (flat @ flat.T).astype(np.float64)
-    squares = products[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    of_change = products[[0, 1, 2, 3, 4, 3], [3, 3, 3, 3, 4, 4]]
-    return np.concatenate([squares, of_change, [weight.sum()]])
+    # one by one: the product of so wide and low a matrix with itself takes twice as long
+    slopes_and_change = values.reshape(5, -1)
+    products = [float(slopes_and_change[i] @ slopes_and_change[j]) for i, j in _PAIRS]
+    return np.array([*products, weight.sum()], np.float64)
+
+
+_PAIRS = (
+    *((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)),
+    *((0, 3), (1, 3), (2, 3), (3, 3), (4, 4), (4, 3)),
+)
+"""Products of the slopes in x, y and rotation, of these with the change, and of the pattern."""

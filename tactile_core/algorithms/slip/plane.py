@@ -42,6 +42,12 @@ def stride_of(width_px: int) -> int:
     return max(1, width_px // PLANE.columns)
 
 
+def blocks(image_shape: tuple[int, int], stride: int) -> tuple[int, int]:
+    """Return the rows and columns of the grid of an image."""
+    rows, columns = (len(range(stride // 2, side, stride)) for side in image_shape)
+    return rows, columns
+
+
 def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32:
     """Interpolate a field of cells (rows, columns, …) that tile an image in each block of pixels.
 
@@ -50,21 +56,46 @@ def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32
     (h, w, …) float32
         At the pixels that :func:`picked` samples.
     """
-    x, y = _places(cells.shape[:2], image_shape[:2], stride)
+    per_px = tuple(n / side for n, side in zip(cells.shape[:2], image_shape[:2], strict=True))
+    x, y = _places(per_px, image_shape[:2], stride)
     how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
     # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
     planes = [cv2.remap(each, x, y, how, borderMode=border) for each in cv2.split(cells)]
     return np.asarray(cv2.merge(planes), np.float32)
 
 
-@lru_cache(maxsize=4)
+def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
+    """Interpolate (rows, columns) cells of ``step_px`` pixels in each block of pixels.
+
+    Parameters
+    ----------
+    cells : (rows, columns) float32
+        From the first row and column of the image on; the last may reach beyond it.
+    step_px : int
+        Side of a cell; 1 for an image.
+    image_shape : (H, W)
+    stride : int
+
+    Returns
+    -------
+    (h, w) float32
+        At the pixels that :func:`picked` samples.
+    """
+    if step_px == 1:
+        return picked(cells, stride)
+    x, y = _places((1 / step_px, 1 / step_px), image_shape, stride)
+    how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+    return np.asarray(cv2.remap(cells, x, y, how, borderMode=border), np.float32)
+
+
+@lru_cache(maxsize=8)
 def _places(
-    cells: tuple[int, ...], image_shape: tuple[int, ...], stride: int
+    per_px: tuple[float, ...], image_shape: tuple[int, ...], stride: int
 ) -> tuple[Float32, Float32]:
-    """Column and row (h, w) of each grid point, in cells."""
+    """Column and row (h, w) of each grid point in cells, of which so many are in a pixel."""
     rows, columns = (
-        (np.arange(stride // 2, side, stride) + 0.5) * count / side - 0.5
-        for count, side in zip(cells, image_shape, strict=True)
+        (np.arange(stride // 2, side, stride) + 0.5) * share - 0.5
+        for share, side in zip(per_px, image_shape, strict=True)
     )
     x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
     return x, y
@@ -81,7 +112,13 @@ def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
     return np.ascontiguousarray(image[first::stride, first::stride])
 
 
-def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
+Window = tuple[slice, slice]
+"""Rows and columns of a part of a field."""
+
+
+def since(
+    now: Complex64, before: Complex64, spacing_mm: float, *, window: Window | None = None
+) -> Complex64:
     """Return the displacement of the surface since an earlier field, mm.
 
     Parameters
@@ -90,19 +127,36 @@ def since(now: Complex64, before: Complex64, spacing_mm: float) -> Complex64:
         Each refers to the surface points that were at the grid points at its time.
     spacing_mm : float
         Distance between neighbouring grid points.
+    window : (slice, slice), optional
+        Where it is wanted. Default: everywhere.
 
     Returns
     -------
-    (h, w) complex64
+    (h, w) complex64, or the window of it
         Refers to the surface points that are at the grid points now.
     """
-    at, per_point = _nodes(now.shape), np.float32(1 / spacing_mm)
-    moved = now - before
+    at = _nodes(now.shape)
+    there = (now, before) if window is None else (now[window], before[window])
+    return _moved(*there, before, at if window is None else at[window], spacing_mm)
+
+
+def since_at(now: Complex64, before: Complex64, spacing_mm: float, chosen: Intp) -> Complex64:
+    """Return the same at points (n,) with these flat indices."""
+    at = _nodes(now.shape).reshape(1, -1, 2).take(chosen, axis=1)
+    there = (each.reshape(1, -1).take(chosen, axis=1) for each in (now, before))
+    return _moved(*there, before, at, spacing_mm)[0]
+
+
+def _moved(
+    now: Complex64, was_there: Complex64, before: Complex64, at: Float32, spacing_mm: float
+) -> Complex64:
+    """Displacement of points ``at`` (a, b, 2), where the fields are ``now`` and ``was_there``."""
+    moved, per_point, field = now - was_there, np.float32(1 / spacing_mm), parts(before)
     # the same surface point was elsewhere at the time of the earlier field
     for _ in range(PLANE.iterations):
-        came_from = at - _parts(moved) * per_point
+        came_from = at - parts(moved) * per_point
         was = cv2.remap(
-            _parts(before),
+            field,
             came_from,
             np.empty(0),
             cv2.INTER_LINEAR,
@@ -126,7 +180,7 @@ def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
     """
     along, down = (
         slope.reshape(-1, 2).take(chosen, axis=0)
-        for slope in gradient(_parts(displacement), spacing_mm, smooth=True)
+        for slope in gradient(parts(displacement), spacing_mm, smooth=True)
     )
     shear = along[:, 1] + down[:, 0]
     return np.asarray(np.sqrt(along[:, 0] ** 2 + down[:, 1] ** 2 + 0.5 * shear**2), np.float32)
@@ -147,5 +201,6 @@ def _nodes(shape: tuple[int, ...]) -> Float32:
     return nodes(shape)
 
 
-def _parts(field: Complex64) -> Float32:
+def parts(field: Complex64) -> Float32:
+    """View complex numbers (…) as x and y, (…, 2)."""
     return field.view(np.float32).reshape(*field.shape, 2)

@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Intp
-from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.arrays.types import Bool, Complex64, Float32, Intp
+from tactile_core.algorithms.slip.contact_motion import contact_motion
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import positions_mm, since, strain
+from tactile_core.algorithms.slip.plane import positions_mm, since_at
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
     StickRegion,
-    calm_weights,
     far_weights,
     stick_region,
 )
@@ -123,6 +122,8 @@ class ShearedContact:
         A point sticks if it lags behind the stick region by less than this share of its motion.
     noise_mm : float
         Noise of a displacement.
+    compiled : bool
+        Whether to use compiled loops if they are available.
 
     Attributes
     ----------
@@ -137,8 +138,10 @@ class ShearedContact:
         window_mm: float = SHEARED_CONTACT.window_mm,
         tolerance: float = SHEARED_CONTACT.tolerance,
         noise_mm: float = STICK_REGION.noise_mm,
+        compiled: bool = False,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
+        self._compiled = compiled
         self.window_mm, self.tolerance = window_mm, tolerance
         self.release()
 
@@ -189,9 +192,13 @@ class ShearedContact:
         chosen = np.flatnonzero(mask)
         if len(chosen) < SHEARED_CONTACT.min_points:
             return Cues()
-        chosen = chosen[:: 1 + len(chosen) // SHEARED_CONTACT.max_points]
-        moved = since(field, self._settled, self.spacing_mm)
-        whole = self._whole(moved, chosen)
+        every = 1 + len(chosen) // SHEARED_CONTACT.max_points
+        chosen = chosen[::every]
+        position = positions_mm(field.shape, self.spacing_mm).ravel()[chosen]
+        moved = contact_motion(
+            field, self._settled, self.spacing_mm, mask, every, compiled=self._compiled
+        )
+        whole = self._region(moved.displacement, position, moved.weight)
         self._sheared_mm = whole.sheared_mm
         before = self._stick_share if self._measured else 0.0
         tolerance = self.tolerance
@@ -204,7 +211,7 @@ class ShearedContact:
         if wide and not turned:
             of_field_mm = self.noise_mm / WIDE_CONTACT.noise_share if std_mm is None else std_mm
             wide_std_mm = smoothed_std_mm(of_field_mm, markers)
-        self._measure(field, chosen, whole, tolerance, wide_std_mm)
+        self._measure(field, chosen, position, whole, tolerance, wide_std_mm)
         self._before.append(field)
         return Cues(
             self._stick_share,
@@ -213,7 +220,7 @@ class ShearedContact:
             whole.motion_mm,
             whole.rotation_mm,
             whole.rotation_rad,
-            displacement_entropy(np.abs(moved), mask),
+            moved.entropy_bits,
             wide_std_mm is not None,
         )
 
@@ -230,26 +237,14 @@ class ShearedContact:
             limit = SHEARED_CONTACT.load_growth_sheared
         return any(now > limit * before for now, before in zip(load, self._load, strict=True))
 
-    def _whole(self, moved: Complex64, chosen: Intp) -> StickRegion:
-        displacement = moved.ravel()[chosen]
-        strains = strain(moved, self.spacing_mm, chosen)
-        return self._region(displacement, chosen, calm_weights(displacement, strains), moved.shape)
-
-    def _region(
-        self, displacement: Complex64, chosen: Intp, start: Array, shape: tuple[int, ...]
-    ) -> StickRegion:
-        position = positions_mm(shape, self.spacing_mm).ravel()[chosen]
-        return stick_region(displacement, position, start, self.noise_mm)
-
-    def _far(self, now: Complex64, before: Complex64, chosen: Intp) -> float:
-        """Displacement of the points that moved farthest; slipping ones move less."""
-        moved = np.abs((now - before).ravel()[chosen])
-        return quantile(moved, SHEARED_CONTACT.far_quantile)
+    def _region(self, displacement: Complex64, position: Complex64, start: Float32) -> StickRegion:
+        return stick_region(displacement, position, start, self.noise_mm, compiled=self._compiled)
 
     def _measure(
         self,
         field: Complex64,
         chosen: Intp,
+        position: Complex64,
         whole: StickRegion,
         tolerance: float,
         wide_std_mm: float | None,
@@ -267,18 +262,21 @@ class ShearedContact:
         if moved_mm <= SHEARED_CONTACT.moved_noises * self.noise_mm:
             self._update_speed(moved_mm / span)
             return
-        recent = since(field, self._before[-span], self.spacing_mm).ravel()[chosen]
+        recent = since_at(field, self._before[-span], self.spacing_mm, chosen)
         if wide_std_mm is None:
             start = whole.weight * far_weights(recent)
-            region = self._region(recent, chosen, start, field.shape)
+            region = self._region(recent, position, start)
             noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
             stick_share = region.stick_share(tolerance, noise_mm)
         else:
-            position = positions_mm(field.shape, self.spacing_mm).ravel()[chosen]
             recent = smoothed(recent, position)
-            start = whole.weight * far_weights(recent)
             region = stick_region(
-                recent, position, start, wide_std_mm, lag_tolerance=WIDE_CONTACT.tolerance
+                recent,
+                position,
+                whole.weight * far_weights(recent),
+                wide_std_mm,
+                lag_tolerance=WIDE_CONTACT.tolerance,
+                compiled=self._compiled,
             )
             largest_mm = quantile(region.lag_mm, SHEARED_CONTACT.far_quantile)
             least_mm = max(WIDE_CONTACT.sigmas * wide_std_mm, WIDE_CONTACT.ringing * largest_mm)
@@ -294,10 +292,17 @@ class ShearedContact:
 
         Fewer if it rested or turned back in between: the sum of such motions is none of an object.
         """
-        span, moved_mm = 1, self._far(field, self._before[-1], chosen)
+        now = field.ravel()[chosen]
+
+        def far(span: int) -> float:
+            """Displacement of the points that moved farthest; slipping ones move less."""
+            moved = np.abs(now - self._before[-span].ravel()[chosen])
+            return quantile(moved, SHEARED_CONTACT.far_quantile)
+
+        span, moved_mm = 1, far(1)
         rest_mm = SHEARED_CONTACT.rest_noises * self.noise_mm
         while moved_mm < self.window_mm and span < len(self._before):
-            longer_mm = self._far(field, self._before[-span - 1], chosen)
+            longer_mm = far(span + 1)
             if longer_mm < moved_mm + rest_mm:
                 break
             span, moved_mm = span + 1, longer_mm

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Complex64
+from tactile_core.algorithms.slip.plane import parts
 
 _TINY = 1e-12
 """Added to denominators against division by zero."""
@@ -125,6 +128,7 @@ def stick_region(
     noise_mm: float = STICK_REGION.noise_mm,
     *,
     lag_tolerance: float = STICK_REGION.lag_tolerance,
+    compiled: bool = False,
 ) -> StickRegion:
     """Fit the rigid motion of the stick region, by iteratively reweighted least squares.
 
@@ -140,11 +144,16 @@ def stick_region(
         Noise of a displacement.
     lag_tolerance : float
         Lag at which the weight of a point falls to a quarter, relative to the motion.
+    compiled : bool
+        Whether to use the compiled loop if it is available.
 
     Returns
     -------
     StickRegion
     """
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        return _looped(loops, displacement, position, start, noise_mm, lag_tolerance)
     weight, contact = start, _Contact(displacement, position)
     for _ in range(STICK_REGION.rounds):
         shift, rate = contact.rigid(weight)
@@ -161,6 +170,29 @@ def stick_region(
         lag,
         weight,
     )
+
+
+def _looped(
+    loops: ModuleType,
+    displacement: Complex64,
+    position: Complex64,
+    start: NDArray[Any],
+    noise_mm: float,
+    lag_tolerance: float,
+) -> StickRegion:
+    """Do the same by the compiled loop."""
+    lag, weight = np.empty(len(start), np.float32), start.astype(np.float32)
+    shift_x, shift_y, sine, *rms_mm = loops.fitted_motion(
+        parts(np.ascontiguousarray(displacement)),
+        parts(np.ascontiguousarray(position)),
+        noise_mm,
+        lag_tolerance,
+        STICK_REGION.rounds,
+        STICK_REGION.max_sine,
+        lag,
+        weight,
+    )
+    return StickRegion(complex(shift_x, shift_y), math.asin(sine), *rms_mm, lag, weight)
 
 
 class _Contact:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
+from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.markers import marker_mask
@@ -130,17 +131,17 @@ class SurfaceView:
         seen : (h, w) float32
             1 where the surface is visible, 0 where a marker hides it or it is out of view.
         """
-        frame = _reduced(pixels, self.times)
-        height, width = frame.shape[:2]
+        height, width = self._hidden.shape
         apart = (_at(px, self.times) - self._markers_px).T
         moved = (apart @ self._weights).reshape(2, *self._grid)
         x, y = (cv2.resize(along, (width, height)) for along in moved)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
         loops = kernels.chosen(self._compiled)
+        colours = pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
         # the compiled loop mirrors the view only once at its border
-        if loops is not None and frame.shape[2:] == (3,) and self._side // 2 < min(height, width):
-            return self._looped(loops, frame, x, y)
-        frame = frame.astype(np.float32)
+        if loops is not None and colours and self._side // 2 < min(height, width):
+            return self._looped(loops, pixels, x, y)
+        frame = _reduced(pixels, self.times).astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
@@ -148,17 +149,25 @@ class SurfaceView:
         return pattern, seen.astype(np.float32)
 
     def _looped(
-        self, loops: ModuleType, frame: Array, x: Array, y: Array
+        self, loops: ModuleType, pixels: Array, x: Array, y: Array
     ) -> tuple[Float32, Float32]:
         """Do the same for three channels by compiled loops."""
-        # OpenCV warps four channels twice as fast as three
-        opaque = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2RGBA))
-        warped = cv2.remap(opaque.astype(np.float32), x, y, cv2.INTER_LINEAR)
         height, width = x.shape
+        with borrowed((height, width, 4), np.float32) as frame:
+            halvings = _HALVINGS.get(self.times)
+            exact = pixels.shape[:2] == (height * self.times, width * self.times)
+            if halvings is None or not exact:
+                pixels, halvings = _reduced(pixels, self.times), 0
+            loops.halved(np.ascontiguousarray(pixels), halvings, frame)
+            warped = cv2.remap(frame, x, y, cv2.INTER_LINEAR)
         pattern, seen = np.empty((height, 3, width), np.float32), np.empty_like(x)
         reaches = self._side // 2, VIEW.smoothing_px // 2
         loops.pattern_of(warped, x, y, self._hidden, reaches, pattern, seen)
         return pattern.transpose(0, 2, 1), seen
+
+
+_HALVINGS = {1: 0, 2: 1, 4: 2}
+"""Reductions that consist of halvings, and of how many."""
 
 
 def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:

@@ -8,10 +8,13 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
+from tactile_core.algorithms.slip.plane import blocks, sampled
 
 
 class RingParameters(NamedTuple):
@@ -97,6 +100,42 @@ def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     return np.asarray(cv2.dilate(struck(points, shape), np.ones((side, side), np.uint8))).view(
         np.bool_
     )
+
+
+def steepness_of(
+    cells: Float32,
+    step_px: int,
+    image_shape: tuple[int, int],
+    stride: int,
+    *,
+    spacing_mm: float,
+    compiled: bool = False,
+) -> tuple[Float32, float]:
+    """Return the steepness of a height map on the grid of slip, and its :func:`peak`.
+
+    Parameters
+    ----------
+    cells, step_px, image_shape, stride
+        The height map, as for :func:`~tactile_core.algorithms.slip.plane.sampled`.
+    spacing_mm : float
+        Distance between neighbouring grid points.
+    compiled : bool
+        Whether to use the compiled loop if it is available.
+
+    Returns
+    -------
+    steep : (h, w) float32
+    steepest : float
+    """
+    loops = kernels.chosen(compiled)
+    shape = blocks(image_shape, stride)
+    if loops is None or min(shape) < 2:
+        small = sampled(cells, step_px, image_shape, stride)
+        steep = steepness(small, spacing_mm, smooth=True)
+        return steep, peak(steep)
+    steep, share = np.empty(shape, np.float32), RING.peak_quantile
+    cells = np.ascontiguousarray(cells)
+    return steep, loops.steepness_of(cells, step_px, stride, spacing_mm, share, steep)
 
 
 def peak(steep: Float32) -> float:

@@ -1,0 +1,98 @@
+"""Kernel of :func:`tactile_core.algorithms.slip.touched.steepness_of`: slopes on the slip grid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.selection import quantile_of
+
+
+@njit(**LOOP)
+def _place(pixel: int, step_px: int, count: int) -> tuple[int, int, Any]:
+    """Cells before and after a pixel, and the weight of the second."""
+    at = (pixel + 0.5) / step_px - 0.5
+    first = int(np.floor(at))
+    weight = np.float32(at - first)
+    return max(first, 0), min(first + 1, count - 1), weight
+
+
+@njit(**ROW)
+def _mixed(row: Any, other: Any, weight: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = row[j] + (other[j] - row[j]) * weight
+
+
+@njit(**LOOP)
+def _sample(cells: Any, step_px: int, stride: int, heights: Any) -> None:
+    """Interpolate the cells in the middle of each block of pixels."""
+    rows, columns = cells.shape
+    height, width = heights.shape
+    lefts, rights = np.empty((2, width), np.int64)
+    weights = np.empty(width, np.float32)
+    for j in range(width):
+        lefts[j], rights[j], weights[j] = _place(stride // 2 + j * stride, step_px, columns)
+    line = np.empty(columns, np.float32)
+    for i in range(height):
+        top, bottom, weight = _place(stride // 2 + i * stride, step_px, rows)
+        _mixed(cells[top], cells[bottom], weight, line)
+        for j in range(width):
+            left = line[lefts[j]]
+            heights[i, j] = left + (line[rights[j]] - left) * weights[j]
+
+
+@njit(**ROW)
+def _smoothed(above: Any, row: Any, below: Any, across: Any, down: Any) -> None:
+    for j in range(row.size):
+        across[j] = above[j] + 2 * row[j] + below[j]
+        down[j] = below[j] - above[j]
+
+
+@njit(**ROW)
+def _steep(across: Any, down: Any, scale: Any, out: Any) -> None:
+    for j in range(out.size):
+        x = (across[j + 2] - across[j]) * scale
+        y = (down[j] + 2 * down[j + 1] + down[j + 2]) * scale
+        out[j] = np.sqrt(x * x + y * y)
+
+
+@njit(**LOOP)
+def steepness_of(
+    cells: Any, step_px: int, stride: int, spacing_mm: float, share: float, steep: Any
+) -> float:
+    """Slope of a height map in the middle of each block of pixels, smoothed by Sobel's operator.
+
+    Parameters
+    ----------
+    cells : (rows, columns) float32
+        Height, from the first row and column of the image on.
+    step_px, stride : int
+        Sides of a cell and of a block.
+    spacing_mm : float
+        Side of a block.
+    share : float
+        Which quantile of the slopes is returned.
+    steep : (h, w) float32
+        Overwritten by the slopes; at least 2 × 2 blocks.
+
+    Returns
+    -------
+    float
+    """
+    height, width = steep.shape
+    heights = np.empty(steep.shape, np.float32)
+    _sample(cells, step_px, stride, heights)
+    scale = np.float32(0.125 / spacing_mm)
+    across, down = np.empty(width + 2, np.float32), np.empty(width + 2, np.float32)
+    for i in range(height):
+        # mirrored at the border of the view
+        above, below = (i - 1, i + 1) if 0 < i < height - 1 else (1, 1)
+        if i == height - 1:
+            above = below = height - 2
+        _smoothed(heights[above], heights[i], heights[below], across[1:-1], down[1:-1])
+        across[0], across[-1], down[0], down[-1] = across[2], across[-3], down[2], down[-3]
+        _steep(across, down, scale, steep[i])
+    return quantile_of(steep.reshape(-1), share)

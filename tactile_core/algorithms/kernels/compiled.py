@@ -1,5 +1,13 @@
 """Every kernel, by name; importing this module imports numba."""
 
+from tactile_core.algorithms.kernels.displacement import (
+    elastic_columns,
+    fitted,
+    moved_to_present,
+    share_of_cells,
+    total_of_fields,
+    traction_of,
+)
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, pattern_of
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
@@ -27,17 +35,23 @@ __all__ = [
     "contrast_of_bytes",
     "double_divergence",
     "doubled_mask",
+    "elastic_columns",
     "energy_moments",
     "fit_sums",
+    "fitted",
     "forward_columns",
     "mean_of_channels",
     "measured_spots",
+    "moved_to_present",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "pattern_of",
     "rest_plane",
+    "share_of_cells",
     "small_step",
     "solve_low",
     "spacing",
+    "total_of_fields",
+    "traction_of",
 ]

@@ -11,6 +11,7 @@ from tactile_core.algorithms.displacement import MarkedSurface
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import ContactMask, DisplacementField, MarkerField
+from tactile_core.quantities.on_demand import on_demand
 
 
 class Displacement(Estimator):
@@ -37,7 +38,7 @@ class Displacement(Estimator):
             surface.supported(markers.px, markers.seen),
             markers.mm_per_px,
             markers.timestamp_s,
-            field.std_cells_mm,
+            on_demand(lambda: field.std_cells_mm),
         )
 
     def _surface_of(self, markers: MarkerField) -> MarkedSurface:
@@ -51,5 +52,6 @@ class Displacement(Estimator):
                 mm_per_px=markers.mm_per_px,
                 thickness_mm=gel.thickness_mm or THICKNESS_MM,
                 poisson_ratio=POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
+                compiled=self.context.compiled,
             )
         return kept

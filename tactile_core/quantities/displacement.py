@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.quantities.fields import FieldSpec, MmPerPx, TimestampS
 from tactile_core.quantities.layers import Layer, VectorMap
+from tactile_core.quantities.on_demand import none
 from tactile_core.quantities.quantity import Quantity
 
 
@@ -44,7 +45,7 @@ class DisplacementField(Quantity):
             std_of="displacement_mm",
             coarse=True,
         ),
-    ] = None
+    ] = field(default_factory=none)
 
     @property
     def std_mm(self) -> Float32 | None:

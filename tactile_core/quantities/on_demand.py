@@ -18,6 +18,10 @@ ON_DEMAND = "_on_demand"
 T = TypeVar("T")
 
 
+def none() -> None:
+    """Return None; the default of a field that may be computed on demand."""
+
+
 class Grid(NamedTuple):
     """An array over the image on the grid that holds all of it.
 

@@ -12,13 +12,10 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.quantities.fields import FieldSpec, MmPerPx, TimestampS
 from tactile_core.quantities.layers import Layer, Outline, Surface
+from tactile_core.quantities.on_demand import none
 from tactile_core.quantities.quantity import Quantity
 
 _YX = ("y", "x")
-
-
-def _none() -> None:
-    """Return None; a default that a field on demand may replace."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +48,7 @@ class Gradients(Quantity):
     std_cells: Annotated[
         Float32 | None,
         FieldSpec("mm/mm", _YX, saved_as="gradients_std", std_of="gradients", coarse=True),
-    ] = field(default_factory=_none)
+    ] = field(default_factory=none)
     gain_std: Annotated[float | None, FieldSpec(saved_as="gradients_gain_std")] = None
     correlation_mm: Annotated[
         float | None, FieldSpec("mm", saved_as="gradients_correlation_mm")
@@ -115,7 +112,7 @@ class HeightMap(Quantity):
     std_cells_mm: Annotated[
         Float32 | None,
         FieldSpec("mm", _YX, saved_as="height_std_mm", std_of="height_mm", coarse=True),
-    ] = field(default_factory=_none)
+    ] = field(default_factory=none)
 
     @property
     def std_mm(self) -> Float32 | None:

@@ -10,9 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
+
+MOST_COUNTED = 255
+"""As many rows of a mask as a byte counts."""
 
 
 class GridParameters(NamedTuple):
@@ -78,16 +82,30 @@ class CoarseGrid:
         """Convert points (…, 2) from cells, column and row, to pixels, x and y."""
         return np.asarray((points + 0.5) * self.cell_px - 0.5)
 
-    def sampled(self, field: Float32, points: Float32) -> Float32:
-        """Interpolate a field (rows, columns, 2) linearly at points (…, 2) in cells."""
-        found = cv2.remap(
-            field, points, np.empty(0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
-        return np.asarray(found, np.float32)
+    def sampled(self, planes: Float32, points: Float32) -> Float32:
+        """Interpolate planes (K, rows, columns) linearly at points (N, 2) in cells, (K, N)."""
+        x, y = np.ascontiguousarray(points.T)[:, None]
+        how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+        # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
+        found = [cv2.remap(plane, x, y, how, borderMode=border) for plane in planes]
+        return np.concatenate(found)
 
-    def share(self, mask: NDArray[np.bool_]) -> Float32:
+    def share(self, mask: NDArray[np.bool_], *, compiled: bool = False) -> Float32:
         """Share (rows, columns) of each cell that a mask (H, W) covers."""
-        rows, columns = self.shape
+        (rows, columns), (height, width) = self.shape, self.image_shape
+        if height % rows == width % columns == 0 and height // rows <= MOST_COUNTED:
+            loops = kernels.chosen(compiled)
+            if loops is not None:
+                share = np.empty(self.shape, np.float32)
+                loops.share_of_cells(mask.view(np.uint8), share)
+                return share
+            # eight pixels at once
+            whole = np.uint64 if width % 8 == 0 else np.uint8
+            lines = mask.view(whole).reshape(rows, height // rows, -1)
+            counts = np.add.reduce(lines, axis=1, dtype=whole).view(np.uint8)
+            cells = counts.reshape(rows * columns, -1).astype(np.float32)
+            total = cells @ np.ones(cells.shape[1], np.float32)
+            return total.reshape(self.shape) / np.float32(height // rows * cells.shape[1])
         small = shrunk(np.negative(mask.view(np.uint8)), (columns, rows))
         return small.astype(np.float32) / np.float32(255)
 
@@ -95,10 +113,22 @@ class CoarseGrid:
         """Repeat a mask of cells (rows, columns) to the image (H, W)."""
         return repeated(cells.view(np.uint8), self.image_shape).view(np.bool_)
 
-    def refined(self, field: Float32) -> Float32:
-        """Interpolate a field on the :attr:`half` grid to (rows, columns, 2), with cubics."""
-        size = self.shape[::-1]
-        return np.asarray(cv2.resize(field, size, interpolation=cv2.INTER_CUBIC), np.float32)
+    @cached_property
+    def refinement(self) -> tuple[Float32, Float32]:
+        """Weights of cubic interpolation from the :attr:`half` grid.
+
+        (rows, rows of the half grid) and (columns of the half grid, columns) float32.
+        """
+        along_y, along_x = (
+            cv2.resize(np.eye(few, dtype=np.float32), (few, many), interpolation=cv2.INTER_CUBIC)
+            for few, many in zip(self.half.shape, self.shape, strict=True)
+        )
+        return np.asarray(along_y, np.float32), np.ascontiguousarray(along_x.T, np.float32)
+
+    def refined(self, planes: Float32) -> Float32:
+        """Interpolate planes (K, …) on the :attr:`half` grid to (K, rows, columns), with cubics."""
+        along_y, along_x = self.refinement
+        return np.asarray(along_y @ planes @ along_x)
 
     def enlarged(self, field: Float32) -> Float32:
         """Interpolate a field (rows, columns, 2) linearly to the image (H, W, 2)."""

@@ -6,17 +6,17 @@ Markers are too sparse to resolve that bend. Elasticity predicts it from the con
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Complex64, Float32
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+from tactile_core.algorithms.displacement.layer_response import LayerResponse
 from tactile_core.algorithms.elasticity import Elastomer
-
-_COMPONENTS = 0, 1, 1, 2, 3, 4, 5, 6
-"""Which of the seven computed components are x and y of each field; two fields share one."""
 
 
 class ContactShearParameters(NamedTuple):
@@ -44,6 +44,83 @@ CONTACT_SHEAR = ContactShearParameters()
 """The values in use."""
 
 
+@dataclass(frozen=True, eq=False)
+class ElasticFields:
+    """The displacement fields of one contact: shear in x and y, torsion and expansion.
+
+    Attributes
+    ----------
+    planes : (7, rows, columns) float32
+        From :class:`LayerResponse`.
+    x_mm : (columns,) float32
+    y_mm : (rows,) float32
+        Positions of the nodes, relative to the centroid of the traction.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
+    """
+
+    planes: Float32
+    x_mm: Float32
+    y_mm: Float32
+    compiled: bool = False
+
+    def beside(self, moved_mm: Float64, grid: CoarseGrid, points: Float32) -> Float64:
+        """Return the fields at points (N, 2) in cells, and other displacements (N, 2) there.
+
+        Returns
+        -------
+        (N, 10) float64
+            x and y of each field, up to a factor of the field, and of the displacement.
+        """
+        columns = np.empty((len(points), 10))
+        columns[:, 8:] = moved_mm
+        loops = kernels.chosen(self.compiled)
+        if loops is not None:
+            x, y = self.x_mm, self.y_mm
+            origin = np.array([x[0], y[0], x[1] - x[0], y[1] - y[0]])
+            loops.elastic_columns(self.planes, origin, points, columns)
+            return columns
+        xx, yy, turned_y, spread_x, xy, turned_x, spread_y = grid.sampled(self.planes, points)
+        x, y = (
+            side[0] + (side[1] - side[0]) * place
+            for side, place in zip((self.x_mm, self.y_mm), points.T, strict=True)
+        )
+        for place, field in enumerate(
+            (
+                xx,
+                xy,
+                xy,
+                yy,
+                x * xy - y * xx + turned_x,
+                x * yy - y * xy + turned_y,
+                x * xx + y * xy + spread_x,
+                x * xy + y * yy + spread_y,
+            )
+        ):
+            columns[:, place] = field
+        return columns
+
+    def total(self, strength: Float64) -> Float32:
+        """Return the sum (2, rows, columns) of the fields, each times its strength."""
+        loops = kernels.chosen(self.compiled)
+        if loops is not None:
+            total = np.empty_like(self.planes[:2])
+            loops.total_of_fields(
+                self.planes, strength.astype(np.float32), self.x_mm, self.y_mm, total
+            )
+            return total
+        xx, yy, turned_y, spread_x, xy, turned_x, spread_y = self.planes
+        right, down, turn, spread = strength.astype(np.float32)
+        x, y = self.x_mm, self.y_mm[:, None]
+        along_x, along_y = (right + spread * x) - turn * y, (down + turn * x) + spread * y
+        return np.stack(
+            [
+                along_x * xx + along_y * xy + (turn * turned_x + spread * spread_x),
+                along_x * xy + along_y * yy + (turn * turned_y + spread * spread_y),
+            ]
+        )
+
+
 class ContactShear:
     """Displacement fields of a layer under a contact: shear in x and y, torsion and expansion.
 
@@ -57,45 +134,41 @@ class ContactShear:
         Scale of the image.
     elastomer : Elastomer
         The fields depend on its thickness and Poisson's ratio, not on its modulus.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     References
     ----------
     .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985.
     """
 
-    def __init__(self, grid: CoarseGrid, *, mm_per_px: float, elastomer: Elastomer) -> None:
-        from scipy.fft import next_fast_len
-
-        self._grid = grid
-        width_mm, height_mm = self._cell_mm = mm_per_px * grid.cell_px
+    def __init__(
+        self,
+        grid: CoarseGrid,
+        *,
+        mm_per_px: float,
+        elastomer: Elastomer,
+        compiled: bool = False,
+    ) -> None:
+        self._compiled = compiled
+        width_mm, height_mm = mm_per_px * grid.cell_px
         margin_mm = CONTACT_SHEAR.margin_thicknesses * elastomer.thickness_mm
-        self._margin = tuple(int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
-        rows, columns = self._shape = tuple(
-            next_fast_len(count + 2 * margin, real=True)
-            for count, margin in zip(grid.shape, self._margin, strict=True)
-        )
-        kx = 2 * np.pi * np.fft.rfftfreq(columns, width_mm)[None, :]
-        ky = 2 * np.pi * np.fft.fftfreq(rows, height_mm)[:, None]
-        k = np.hypot(kx, ky)
-        cos, sin = (np.divide(side, k, out=np.zeros_like(k), where=k > 0) for side in (kx, ky))
-        found = elastomer.compliance(k)
-        along, across = (part / found.across[0, 0] for part in (found.along, found.across))
-        response = np.stack(
-            [
-                along * cos**2 + across * sin**2,
-                (along - across) * cos * sin,
-                along * sin**2 + across * cos**2,
-            ]
-        )
-        response[:, 0, 0] = 1, 0, 1
-        # displacement along x under traction along x, along y under x, along y under y
-        self._response = response.astype(np.float32)[:, None]
-        self._x, self._y = (
-            (side * np.arange(count)).astype(np.float32)
-            for side, count in zip(self._cell_mm, self._shape[::-1], strict=True)
+        margins = (int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
+        self._margin = top, left = tuple(margins)
+        rows, columns = grid.shape
+        # both even
+        self._shape = rows + rows % 2 + 2 * top, columns + columns % 2 + 2 * left
+        inside = slice(top, top + rows), slice(left, left + columns)
+        cell_mm = float(width_mm), float(height_mm)
+        self._layer = LayerResponse(self._shape, inside, cell_mm=cell_mm, elastomer=elastomer)
+        self._x_mm, self._y_mm = (
+            (side * (np.arange(count) - first)).astype(np.float32)
+            for side, count, first in zip(
+                cell_mm, self._shape[::-1], self._margin[::-1], strict=True
+            )
         )
 
-    def fields(self, contact: Float32) -> Complex64 | None:
+    def fields(self, contact: Float32) -> ElasticFields | None:
         """Return the displacement fields of a contact.
 
         Parameters
@@ -105,34 +178,36 @@ class ContactShear:
 
         Returns
         -------
-        (rows, columns, 4) complex64 or None
-            x + iy of each field, up to a factor. None for a contact of less than four cells.
+        ElasticFields or None
+            None for a contact of less than four cells.
         """
-        from scipy.fft import irfft2, rfft2
-
         if contact.sum() < CONTACT_SHEAR.min_contact_cells:
             return None
-        spectra = self._response * rfft2(self._tractions(contact))
-        uniform, x, y = spectra[:, 0], spectra[:, 1], spectra[:, 2]
-        waves = np.concatenate([uniform, x[1:] - y[:2], x[:2] + y[1:]])
-        (rows, columns), (top, left) = self._grid.shape, self._margin
-        moved = irfft2(waves, s=self._shape)[:, top : top + rows, left : left + columns]
-        return np.asarray(cv2.merge([moved[i] for i in _COMPONENTS]), np.float32).view(np.complex64)
+        traction, x_mm, y_mm = self._traction(contact)
+        (rows, columns), (top, left) = contact.shape, self._margin
+        return ElasticFields(
+            self._layer.displaced(traction),
+            self._x_mm[left : left + columns] - x_mm,
+            self._y_mm[top : top + rows] - y_mm,
+            self._compiled,
+        )
 
-    def _tractions(self, contact: Float32) -> Float32:
-        """(3, …) traction of a contact, and its product with x and y from the centroid."""
-        traction = self._traction(contact)
-        total, x, y = traction.sum(), self._x, self._y
-        x, y = x - traction.sum(0) @ x / total, y - traction.sum(1) @ y / total
-        return np.stack([traction, traction * x, traction * y[:, None]])
+    def _traction(self, contact: Float32) -> tuple[Float32, np.float32, np.float32]:
+        """Traction on the padded grid, and x and y of its centroid, mm.
 
-    def _traction(self, contact: Float32) -> Float32:
-        """Traction of a contact on the padded grid; the contact continues beyond the image."""
+        The contact continues beyond the image.
+        """
         (top, left), (rows, columns) = self._margin, self._shape
         bottom, right = rows - top - contact.shape[0], columns - left - contact.shape[1]
         wide = cv2.copyMakeBorder(contact, top, bottom, left, right, cv2.BORDER_REPLICATE)
         inside = np.asarray(wide > 0.5).view(np.uint8)
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
-        return np.asarray(
-            wide / np.sqrt(depth + np.float32(CONTACT_SHEAR.blunting_cells)), np.float32
-        )
+        blunting = CONTACT_SHEAR.blunting_cells
+        loops = kernels.chosen(self._compiled)
+        if loops is not None:
+            x, y = loops.traction_of(depth, blunting, self._x_mm, self._y_mm, wide)
+            return np.asarray(wide, np.float32), np.float32(x), np.float32(y)
+        traction = np.asarray(wide / np.sqrt(depth + np.float32(blunting)), np.float32)
+        along_x, along_y = traction.sum(0), traction.sum(1)
+        total = along_x.sum()
+        return traction, along_x @ self._x_mm / total, along_y @ self._y_mm / total

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 
@@ -51,8 +52,8 @@ class Kriging:
     ----------
     markers_mm : (N, 2) float
         Positions of the markers.
-    points_mm : (M, 2) float
-        Positions at which the field is interpolated.
+    points_mm : (rows, columns, 2) float
+        Positions at which the field is interpolated, M of them.
     range_mm : float
         Length scale of the covariance.
     pitch_mm : float
@@ -67,7 +68,9 @@ class Kriging:
     def __init__(
         self, markers_mm: Array, points_mm: Array, *, range_mm: float, pitch_mm: float
     ) -> None:
-        markers, points = (np.array(at, np.float64) / range_mm for at in (markers_mm, points_mm))
+        markers, points = (
+            np.array(at, np.float64).reshape(-1, 2) / range_mm for at in (markers_mm, points_mm)
+        )
         middle = points.mean(axis=0)
         markers, points = markers - middle, points - middle
         noise = KRIGING.noise_variance * np.eye(len(markers))
@@ -75,11 +78,19 @@ class Kriging:
         self._precision = np.asarray(np.linalg.inv(covariance), np.float64)
         between = _covariance(points, markers)
         weights = between @ self._precision
-        self._weights: Float32 = weights.astype(np.float32)
+        # in float32, because these matrices are read whole in every frame
+        self._weights: Float32 = np.ascontiguousarray(weights.T, np.float32)
         unexplained = _variance(points) - (weights * between).sum(axis=1)
         near = _nearness(points, markers, pitch_mm / range_mm)
-        # in float32, because these matrices are read whole in every frame
-        self._variances = (near * np.maximum(unexplained, 0)[:, None]).astype(np.float32)
+        variances = (near * np.maximum(unexplained, 0)[:, None]).astype(np.float32)
+        rows, columns = points_mm.shape[:2]
+        self.std_shape = max(1, rows // 2), max(1, columns // 2)
+        shares = (
+            shrunk(np.eye(many, dtype=np.float32), (many, few))
+            for many, few in zip((rows, columns), self.std_shape, strict=True)
+        )
+        means = np.kron(*shares) @ variances
+        self._variances: Float32 = np.ascontiguousarray(means, np.float32)
         self._variance_shares = KRIGING.std_share**2 / (2 * self._precision.diagonal())
 
     def completed(self, values: Float64, seen: Bool) -> Float64:
@@ -108,17 +119,27 @@ class Kriging:
         return np.asarray(self._precision @ values)
 
     def field(self, values: Float64) -> Float32:
-        """Interpolate completed values (N, J) at the points, (M, J)."""
-        return np.asarray(self._weights @ values.astype(np.float32))
+        """Interpolate completed values (N, J) at the points, (J, M)."""
+        return np.asarray(values.T.astype(np.float32) @ self._weights)
 
     def std(self, weighted: Float64) -> Float32:
-        """Estimate the standard deviation of a component of :meth:`field` at the points, (M,).
+        """Estimate the standard deviation of a component of :meth:`field`, in blocks of points.
 
-        The scale of the posterior variance is that of the leave-one-out residuals nearby.
-        ``weighted`` are the values (N, J) multiplied by :meth:`weighted`.
+        The scale of the posterior variance is that of the leave-one-out residuals nearby; the
+        variance is averaged over 2 × 2 points.
+
+        Parameters
+        ----------
+        weighted : (N, J) float64
+            The values, from :meth:`weighted`.
+
+        Returns
+        -------
+        :attr:`std_shape` float32
         """
         squared = np.einsum("ij,ij->i", weighted, weighted) * self._variance_shares
-        return np.asarray(np.sqrt(self._variances @ squared.astype(np.float32)))
+        variance = self._variances @ squared.astype(np.float32)
+        return np.asarray(np.sqrt(variance).reshape(self.std_shape))
 
 
 def _covariance(a: Float64, b: Float64) -> Float64:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.places import struck
-from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
 from tactile_core.algorithms.displacement.kriging import KRIGING, Kriging
@@ -52,19 +56,25 @@ SURFACE = SurfaceParameters()
 """The values in use."""
 
 
-class CoarseField(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class CoarseField:
     """A displacement field and its standard deviation, each in cells that tile the image.
 
     Attributes
     ----------
     cells_mm : (rows, columns, 2) float32
         +x right, +y down.
-    std_cells_mm : (rows, columns) float32
-        Standard deviation of a component, on a grid of its own.
+    std : callable
+        Computes :attr:`std_cells_mm`.
     """
 
     cells_mm: Float32
-    std_cells_mm: Float32
+    std: Callable[[], Float32]
+
+    @cached_property
+    def std_cells_mm(self) -> Float32:
+        """(rows, columns) standard deviation of a component, on a grid of its own."""
+        return self.std()
 
 
 class MarkedSurface:
@@ -84,6 +94,8 @@ class MarkedSurface:
         Scale of the image.
     thickness_mm, poisson_ratio : float
         Thickness and Poisson's ratio of the gel.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Raises
     ------
@@ -104,31 +116,37 @@ class MarkedSurface:
         mm_per_px: float,
         thickness_mm: float = THICKNESS_MM,
         poisson_ratio: float = POISSON_RATIO,
+        compiled: bool = False,
     ) -> None:
+        self._compiled = compiled
         if reference_px.ndim != 2 or reference_px.shape[1] != 2:
             raise InputError(f"markers are (N, 2); these are {reference_px.shape}")
         self.reference_px = np.array(reference_px, np.float64)
         self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
         self._grid = grid = CoarseGrid.of(shape, self._pitch_px / SURFACE.cells_per_pitch)
-        self._nodes = grid.nodes
-        # tiled to every node, because broadcasting along an axis of two is slow
-        self._per_mm = np.tile(
-            (1 / (mm_per_px * grid.cell_px)).astype(np.float32), (*grid.shape, 1)
-        )
+        per_mm = 1 / (mm_per_px * grid.cell_px)
         reach_px = min(SURFACE.support_pitches * self._pitch_px, max(shape))
         across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
         self._around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down))
         # the residual varies over a pitch, so that two nodes per pitch are enough
-        self._half = grid.half
+        half = grid.half
+        half_px = half.in_px(half.nodes)
+        self._half_shape = half.shape
+        # tiled to every node, because broadcasting along an axis of two is slow
+        self._half_nodes = np.ascontiguousarray(grid.in_cells(half_px).reshape(-1, 2).T)
+        self._per_mm = np.tile(per_mm.astype(np.float32)[:, None], self._half_nodes.shape[1])
         self._kriging = Kriging(
             self.reference_px * mm_per_px,
-            self._half.in_px(self._half.nodes).reshape(-1, 2) * mm_per_px,
+            half_px * mm_per_px,
             range_mm=SURFACE.range_thicknesses * thickness_mm,
             pitch_mm=self._pitch_px * mm_per_px,
         )
+        self._supported = np.zeros(grid.shape, np.uint8), np.zeros(shape, np.bool_)
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
-        self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
+        self._shear = ContactShear(
+            grid, mm_per_px=mm_per_px, elastomer=elastomer, compiled=compiled
+        )
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
         """Return the displacement at every pixel, interpolated linearly, (H, W, 2) float32."""
@@ -154,37 +172,54 @@ class MarkedSurface:
         """
         grid = self._grid
         moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
-        shear_fields = None if contact is None else self._shear.fields(grid.share(contact))
-        if shear_fields is None or not seen.any():
+        elastic = (
+            None
+            if contact is None
+            else self._shear.fields(grid.share(contact, compiled=self._compiled))
+        )
+        if elastic is None or not seen.any():
             moved_mm = self._kriging.completed(moved_mm, seen)
             weighted = self._kriging.weighted(moved_mm)
-            sheared = np.zeros((*grid.shape, 2), np.float32)
+            sheared = np.zeros((2, *grid.shape), np.float32)
         else:
-            at = grid.in_cells(px)
-            moved_mm, weighted, strength = self._without(moved_mm, shear_fields, at, seen)
-            sheared = (shear_fields @ strength.astype(np.complex64))[..., None].view(np.float32)
-        residual = grid.refined(self._kriging.field(moved_mm).reshape(*self._half.shape, 2))
-        std_mm = self._kriging.std(weighted).reshape(self._half.shape)
-        noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
-        return CoarseField(self._at_present(residual, sheared), np.hypot(std_mm, noise_mm))
+            columns = elastic.beside(moved_mm, grid, grid.in_cells(px))
+            moved_mm, weighted, strength = self._without(columns, seen)
+            sheared = elastic.total(strength)
+        residual = self._at_present(self._kriging.field(moved_mm), sheared)
+        cells_mm = cv2.merge(list(sheared + residual))
+        return CoarseField(np.asarray(cells_mm, np.float32), partial(self._std_mm, weighted))
 
     def supported(self, px: Array, seen: Bool) -> Bool:
-        """Return where the field is valid, (H, W) bool: within a pitch of a marker that is seen."""
+        """Return where the field is valid, (H, W) bool: within a pitch of a marker that is seen.
+
+        The array is that of the last call while the same cells are valid, and cannot be written.
+        """
         grid = self._grid
         near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
-        return grid.marked(near.view(np.bool_))
+        cells, valid = self._supported
+        if not np.array_equal(near, cells):
+            valid = grid.marked(near.view(np.bool_))
+            valid.flags.writeable = False
+            self._supported = near, valid
+        return valid
 
-    def _without(
-        self, moved_mm: Float64, fields_mm: Complex64, at: Float32, seen: Bool
-    ) -> tuple[Float64, Float64, Float64]:
+    def _std_mm(self, weighted: Float64) -> Float32:
+        noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
+        return np.hypot(self._kriging.std(weighted), noise_mm)
+
+    def _without(self, columns: Float64, seen: Bool) -> tuple[Float64, Float64, Float64]:
         """Residual displacements of the markers, also weighted, and strengths of the fields.
 
         The strengths are the generalised least-squares estimate under the kriging covariance.
+        ``columns``, (N, 10), are x and y of the four fields and of the displacement.
         """
-        there = self._grid.sampled(fields_mm.view(np.float32), at[:, None])[:, 0]
-        columns = self._kriging.completed(np.hstack([there, moved_mm]), seen)
-        # the strength of a field is the same along x and y: both add to the same equations
+        columns = self._kriging.completed(columns, seen)
         pairs = columns, self._kriging.weighted(columns)
+        loops = kernels.chosen(self._compiled)
+        if loops is not None:
+            strength, residual, weighted_residual = loops.fitted(*pairs, SURFACE.ridge, _TINY)
+            return residual.T, weighted_residual, strength
+        # the strength of a field is the same along x and y: both add to the same equations
         fields, weighted = (a.view(np.complex128) for a in pairs)
         products = (fields.conj().T @ weighted).real
         normal, right = products[:-1, :-1], products[:-1, -1]
@@ -197,8 +232,21 @@ class MarkedSurface:
         return residual, weighted_residual, strength
 
     def _at_present(self, residual: Float32, sheared: Float32) -> Float32:
-        """Sum at present positions; ``residual`` refers to undeformed ones."""
-        moved = sheared + residual
+        """Move a residual (2, M) on the half grid from undeformed to present positions.
+
+        Both it and the result are smooth, so that they are moved on the half grid. The result is
+        (2, rows, columns).
+        """
+        grid = self._grid
+        undeformed = grid.refined(residual.reshape(2, *self._half_shape))
+        nodes, per_mm, shape = self._half_nodes, self._per_mm, (2, *self._half_shape)
+        loops = kernels.chosen(self._compiled)
+        if loops is not None:
+            change = loops.moved_to_present(sheared, undeformed, nodes, per_mm, SURFACE.iterations)
+            return undeformed + grid.refined(change.reshape(shape))
+        known = grid.sampled(sheared, nodes.T)
+        start = residual = grid.sampled(undeformed, nodes.T)
         for _ in range(SURFACE.iterations):
-            moved = sheared + self._grid.sampled(residual, self._nodes - moved * self._per_mm)
-        return moved
+            came_from = nodes - (known + residual) * per_mm
+            residual = grid.sampled(undeformed, came_from.T)
+        return undeformed + grid.refined((residual - start).reshape(shape))

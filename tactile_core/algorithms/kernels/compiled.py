@@ -1,6 +1,14 @@
 """Every kernel, by name; importing this module imports numba."""
 
 from tactile_core.algorithms.kernels.contact import drawn_contact, touched_regions
+from tactile_core.algorithms.kernels.displacement import (
+    elastic_columns,
+    fitted,
+    moved_to_present,
+    share_of_cells,
+    total_of_fields,
+    traction_of,
+)
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
@@ -38,24 +46,30 @@ __all__ = [
     "double_divergence",
     "doubled_mask",
     "drawn_contact",
+    "elastic_columns",
     "energy_moments",
     "fit_sums",
+    "fitted",
     "fitted_motion",
     "forward_columns",
     "halved",
     "halved_where_bare",
     "mean_of_channels",
     "measured_spots",
+    "moved_to_present",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
     "rest_plane",
+    "share_of_cells",
     "small_step",
     "solve_low",
     "spacing",
     "steepness_of",
+    "total_of_fields",
     "touched_regions",
+    "traction_of",
     "undeformed_gain",
 ]

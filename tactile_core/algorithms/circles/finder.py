@@ -113,7 +113,7 @@ def find_circles(
             light = _alternate(fits, orders_for(len(fits)), fades=fades)
             report(0.4 + 0.3 * (round_ + 1))
         for fitted in fits.values():
-            fitted.find_contact(light)
+            fitted.find_contact(light, last=True)
     report(1.0)
     return [
         fits[i].circle() if i in fits else _excluded(start.seen(darkens=fades), reason)
@@ -147,20 +147,20 @@ def locate(start: Start, light: Light) -> Circle:
     fitted.find_contact(light)
     fitted.reach = trusted(fitted.border.radius, start.ball)
     fitted.move(light)
-    fitted.find_contact(light)
+    fitted.find_contact(light, last=True)
     return fitted.circle()
 
 
 def _alternate(fits: dict[int, PressFit], orders: tuple[int, int], *, fades: bool) -> Light:
     """Fit the light to the centres and the centres to the light, until they converge."""
-    spread = None
+    before: Light | None = None
     for _ in range(FINDER.alternations):
-        light = fit([f.samples() for f in fits.values()], orders, darkens=fades)
-        if spread is not None:
-            light = replace(light, spread=spread[0], residual=spread[1])
+        light = fit([f.samples() for f in fits.values()], orders, darkens=fades, before=before)
+        if before is not None:
+            light = replace(light, spread=before.spread, residual=before.residual)
         moved = max([fitted.move(light) for fitted in fits.values()])
         light = _with_spread(light, [f.fitted for f in fits.values() if f.fitted is not None])
-        spread = light.spread, light.residual
+        before = light
         if moved < FINDER.settled_px:
             break
     return light

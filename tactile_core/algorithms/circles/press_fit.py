@@ -92,6 +92,7 @@ class PressFit:
     reach: float
     fitted: FittedCentre | None = None
     border: Border = NO_BORDER
+    _drawn: tuple[tuple[float, ...], Samples] | None = None
 
     @classmethod
     def of(cls, start: Start, *, darkens: bool) -> Self:
@@ -106,14 +107,19 @@ class PressFit:
 
     def samples(self) -> Samples:
         """Pixels to fit the light and the centre to."""
-        most = LIGHT.most_pixels
-        return samples_on(self.sighting.change, self.centre, self.reach, self.ball, most)
+        drawn_for = (*self.centre, self.reach)
+        if self._drawn is None or self._drawn[0] != drawn_for:
+            most = LIGHT.most_pixels
+            drawn = samples_on(self.sighting.change, self.centre, self.reach, self.ball, most)
+            self._drawn = drawn_for, drawn
+        return self._drawn[1]
 
     def refit(self, light: Light) -> FittedCentre:
         """Fit the centre to a light, without moving."""
         change, shape = self.sighting.change, self.border.shape
-        samples = self.samples()
-        if shape is not BALL:
+        if shape is BALL:
+            samples = self.samples()
+        else:
             # Around a contact the slope changes most, which determines the centre best.
             reach, most = self.border.radius + FIT.shape_margin * self.ball, FIT.most_pixels
             samples = samples_on(change, self.centre, reach, self.ball, most)
@@ -136,11 +142,11 @@ class PressFit:
         self.centre = self.centre + step * min(1.0, shift / max(length, 1e-9))
         return length
 
-    def find_contact(self, light: Light) -> None:
-        """Update the border of the contact."""
+    def find_contact(self, light: Light, *, last: bool = False) -> None:
+        """Update the border of the contact; how certain it is only the last time."""
         assert self.fitted is not None
         change, deviation = self.sighting.change, self.fitted.deviation
-        self.border = find_border(change, light, deviation, self.centre, self.ball)
+        self.border = find_border(change, light, deviation, self.centre, self.ball, with_std=last)
 
     @property
     def visible_share(self) -> float:

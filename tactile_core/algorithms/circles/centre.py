@@ -152,7 +152,8 @@ def fit_centre(
         move = -np.linalg.solve(reduced, pull)
         move *= min(1.0, CENTRE.largest_step * ball / max(float(np.hypot(*move)), 1e-9))
         mixed = tilt + normal[:, 2:, :2] @ move
-        deviation = deviation - (inverse @ mixed[..., None])[..., 0].T
+        step = (inverse @ mixed[..., None])[..., 0]
+        deviation = deviation - step.T
         at = at + move
         if np.hypot(*move) < CENTRE.settled_px:
             break
@@ -165,13 +166,10 @@ def fit_centre(
     sums: Float64 = np.array([np.bincount(sector, p, CENTRE.sectors) for p in pulls])
     inverse_centre = np.linalg.inv(reduced)
     covariance: Float64 = inverse_centre @ sums @ sums.T @ inverse_centre
-    there = here.plus(deviation)
-    length = residuals(
-        there.of_slopes(there.slopes(shape.normal(offset)[0])),
-        samples.change,
-        samples.precision,
-        samples.saturated,
-    )
+    # The prediction after the last step, to first order.
+    taken = np.concatenate([np.broadcast_to(move, (len(step), 2)), -step], axis=1)
+    predicted += (taken.astype(np.float32)[:, None] @ columns)[:, 0]
+    length = residuals(predicted, samples.change, samples.precision, samples.saturated)
     variance = np.diagonal(inverse, axis1=1, axis2=2).T
     expected: Float64 = tail * deviation**2 + variance
     return FittedCentre(at, covariance, deviation, expected, quantile(length, 0.5))

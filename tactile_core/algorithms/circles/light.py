@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -50,8 +50,8 @@ class LightParameters(NamedTuple):
     """
 
     ridge: float = 1e-5
-    rounds: int = 4
-    rounds_again: int = 2
+    rounds: int = 3
+    rounds_again: int = 1
     cauchy_residuals: float = 3
     few_presses: int = 4
     many_presses: int = 12
@@ -90,6 +90,14 @@ class Samples:
     change: Float32
     precision: Float32
     saturated: Bool
+
+    def about(self, centre: Float64, ball_radius: float) -> Samples:
+        """Return the same pixels with the normals of a ball at another centre."""
+        return replace(self, normal=_normals(self.xy, centre, ball_radius))
+
+
+def _normals(xy: Float64, centre: Float64, ball_radius: float) -> Float32:
+    return np.asarray((xy - centre[:, None]) / ball_radius, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +199,7 @@ def samples_on(
     x, y = change.disc(centre, radius)
     keep = np.random.default_rng(0).permutation(len(x))[:most]
     xy = np.stack([x[keep], y[keep]]).astype(np.float64)
-    normal = ((xy - centre[:, None]) / ball_radius).astype(np.float32)
+    normal = _normals(xy, centre, ball_radius)
     place = change.place(xy.T).T.astype(np.float32)
     return Samples(xy, place, normal, *change.at(x[keep], y[keep]))
 

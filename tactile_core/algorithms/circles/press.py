@@ -48,6 +48,9 @@ class PressParameters(NamedTuple):
         Lower bound of the noise of a pixel: the standard deviation of rounding both images, doubled
         for what compression and a drifting light add.
         Source: mathematics, 2 · √(2 / 12), rounded up.
+    noise_rows : int, count
+        Rows of pixels from which the noise is estimated.
+        Source: chosen by hand; some thousand pixels give a median within some per cent.
     offset_share : float, share of the reference
         Added to both intensities before the logarithm, which would dwell on shadows otherwise.
         Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
@@ -64,6 +67,7 @@ class PressParameters(NamedTuple):
     folded_share: float = 0.94
     fewest_saturated: int = 20
     least_noise: float = 1.0
+    noise_rows: int = 40
     offset_share: float = 1.0
     model_error: float = 0.025
 
@@ -171,6 +175,11 @@ class Change:
     def weighted(self) -> Float32:
         """(h, w, K) values times the square root of their precision; 0 on markers."""
         return np.asarray(self.values * np.sqrt(self.precision) * self.weight[..., None])
+
+    @cached_property
+    def energy(self) -> Float32:
+        """(h, w) sum of the squares of :attr:`weighted` over the channels."""
+        return np.asarray(np.einsum("ijk,ijk->ij", self.weighted, self.weighted))
 
     @property
     def noise_variance(self) -> Float32:
@@ -282,7 +291,8 @@ def _pixel_noise(difference: Float32) -> Float32:
 
     Anything smooth cancels in d(x − 1) − 2 d(x) + d(x + 1), whose variance is six times the noise.
     """
-    second = np.diff(difference, 2, axis=1).reshape(-1, difference.shape[2])
+    step = max(1, len(difference) // PRESS.noise_rows)
+    second = np.diff(difference[::step], 2, axis=1).reshape(-1, difference.shape[2])
     if not len(second):
         return np.zeros(difference.shape[2], np.float32)
     return np.asarray([sigma_of(plane) / np.sqrt(6) for plane in second.T], np.float32)

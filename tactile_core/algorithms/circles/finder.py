@@ -59,7 +59,7 @@ class FinderParameters(NamedTuple):
     second_reach: float = 0.65
     held_out_reaches: tuple[float, ...] = (0.5, 0.6, 0.8)
     contact_rounds: int = 2
-    alternations: int = 3
+    alternations: int = 4
     settled_px: float = 0.01
     spread_rounds: int = 2
     largest_centre_std: float = 0.1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -142,6 +142,10 @@ class Change:
     level: float
     grain_px2: float
     scale_xy: Float64
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: not what is derived from it."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def scale(self) -> float:

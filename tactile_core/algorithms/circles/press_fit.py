@@ -77,7 +77,7 @@ class FitParameters(NamedTuple):
     largest_reach: float = 0.9
     largest_shift: float = 0.25
     newton_rounds: int = 1
-    relaxation: float = 1.7
+    relaxation: float = 1.4
     redrawn_px: float = 1.0
     shape_margin: float = 0.15
     most_pixels: int = 800

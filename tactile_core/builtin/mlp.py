@@ -142,17 +142,14 @@ class MlpCalibrator(Calibrator):
         options, blur_px = self.options, self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         seen = _with_gain_noise(features, options.gain_noise, options.seed)
-        members = [
-            train(
-                seen,
-                normal_xy,
-                hidden=(options.width,) * options.layers,
-                epochs=options.epochs,
-                noise=options.noise,
-                seed=options.seed + member,
-            )
-            for member in range(options.members)
-        ]
+        members = train(
+            seen,
+            normal_xy,
+            hidden=(options.width,) * options.layers,
+            epochs=options.epochs,
+            noise=options.noise,
+            seeds=range(options.seed, options.seed + options.members),
+        )
         function = self._with_polynomial(members, seen, normal_xy)
         table = baked(function, features, presses, reference, blur_px)
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))

@@ -2,85 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.measured import measured_frames
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.target_surface import S
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Press
-from tactile_core.quantities import Reference
-
-Fit = Callable[[Sequence[Press], Reference], Calibration]
-"""Fits a calibration to training samples and a reference."""
-
-Without = Callable[[Collection[int]], Fold[S] | None]
-"""Maps indices of held-out surfaces to a fold of the others."""
+from tactile_core.calibration.trials import Trials
 
 
-def halves_difference_deg(
-    surfaces: Sequence[S], without: Without[S], undeformed: Reference, fit: Fit
-) -> float | None:
-    """Compare the calibrations on every second used surface with that on the others.
+def halves_of(used: Sequence[int]) -> list[tuple[int, ...]]:
+    """Every second surface and the others; none with fewer than two in a half."""
+    return [tuple(used[::2]), tuple(used[1::2])] if len(used) >= 4 else []
 
-    Each half finds its circles and its light on its own, so that the difference contains their
-    errors as far as they vary from press to press.
+
+def slopes_by_half(trials: Trials[S], half: Sequence[int]) -> np.ndarray | None:
+    """Slopes (N, 2) of the scored pixels of all used surfaces, by a calibration on some.
+
+    A half finds its circles and its light on its own, so that the difference between two contains
+    their errors as far as they vary from press to press. None if the half cannot be used.
+    """
+    surfaces = trials.surfaces
+    training = trials.without([i for i in range(len(surfaces)) if i not in half])
+    if training is None:
+        return None
+    model = trials.fit(training.samples, training.reference)
+    frames = measured_frames(model, (surfaces[i] for i in trials.used), trials.reference)
+    return np.concatenate([_slopes(surface, shown.gx, shown.gy) for surface, shown in frames])
+
+
+def halves_difference_deg(slopes: Sequence[np.ndarray | None]) -> float | None:
+    """Mean angle between the normals of two calibrations, in degrees; None without two."""
+    measured = [one for one in slopes if one is not None]
+    return float(angles_deg(*measured).mean()) if len(measured) == 2 else None
+
+
+def sizes_of(trials: Trials[Any]) -> list[float]:
+    """Diameters of the usable balls, mm; none if they have a single size."""
+    sizes = {trials.surfaces[i].ball_diameter_mm for i in trials.used}
+    return sorted(size for size in sizes if size is not None) if len(sizes) > 1 else []
+
+
+def ratios_of_left_out_size(trials: Trials[S], diameter_mm: float) -> list[float] | None:
+    """Measure balls of a size with a calibration on the other sizes.
 
     Returns
     -------
-    float or None
-        Mean angle between the normals of both, in degrees, over the scored pixels of all used
-        surfaces; None with fewer than two surfaces in a half.
+    list of float, or None
+        Radii of the fitted spheres over that of the balls; None if the others cannot be used.
     """
-    used = [i for i, surface in enumerate(surfaces) if surface.used]
-    if len(used) < 4:
+    surfaces = trials.surfaces
+    held_out = [i for i, s in enumerate(surfaces) if s.ball_diameter_mm == diameter_mm]
+    training = trials.without(held_out)
+    if training is None:
         return None
-    measured = []
-    for half in (used[::2], used[1::2]):
-        training = without([i for i in range(len(surfaces)) if i not in half])
-        if training is None:
-            return None
-        model = fit(training.samples, training.reference)
-        frames = measured_frames(model, (surfaces[i] for i in used), undeformed)
-        measured.append(
-            np.concatenate([_slopes(surface, shown.gx, shown.gy) for surface, shown in frames])
-        )
-    return float(angles_deg(*measured).mean())
+    model = trials.fit(training.samples, training.reference)
+    balls = map(training.find, (i for i in held_out if surfaces[i].used))
+    spheres = [
+        ball.sphere(shown.height_mm)
+        for ball, shown in measured_frames(model, balls, trials.reference)
+    ]
+    return [sphere.radius_ratio for sphere in spheres if sphere is not None]
 
 
-def left_out_size_ratio(
-    surfaces: Sequence[S], without: Without[S], undeformed: Reference, fit: Fit
-) -> float | None:
-    """Measure balls of each size with a calibration on the other sizes.
-
-    Returns
-    -------
-    float or None
-        Median radius of the fitted spheres over that of the balls, of the size where it is
-        farthest from 1; None without two sizes of usable balls.
-    """
-    sizes = {surface.ball_diameter_mm for surface in surfaces if surface.used}
-    if len(sizes) < 2:
+def left_out_size_ratio(ratios: Sequence[Sequence[float] | None]) -> float | None:
+    """Median ratio of the size where it is farthest from 1; None without any."""
+    medians = [float(np.median(some)) for some in ratios if some]
+    if any(some is None for some in ratios) or not medians:
         return None
-    medians = []
-    for size in sorted(size for size in sizes if size is not None):
-        held_out = [i for i, surface in enumerate(surfaces) if surface.ball_diameter_mm == size]
-        training = without(held_out)
-        if training is None:
-            return None
-        model = fit(training.samples, training.reference)
-        balls = map(training.find, (i for i in held_out if surfaces[i].used))
-        spheres = [
-            ball.sphere(shown.height_mm)
-            for ball, shown in measured_frames(model, balls, undeformed)
-        ]
-        ratios = [sphere.radius_ratio for sphere in spheres if sphere is not None]
-        if ratios:
-            medians.append(float(np.median(ratios)))
-    return max(medians, key=lambda ratio: abs(ratio - 1)) if medians else None
+    return max(medians, key=lambda ratio: abs(ratio - 1))
 
 
 def _slopes(surface: S, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:

@@ -11,12 +11,14 @@ import numpy as np
 from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, names_of, now
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
+from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts
 from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
 from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
-from tactile_core.calibration.scoring import cross_validate
+from tactile_core.calibration.scoring import CrossValidation
 from tactile_core.calibration.targets import CalibrationTarget, thickness_of
+from tactile_core.calibration.trials import Trials
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
@@ -58,6 +60,7 @@ def fitted_bundle(
     scored: bool = True,
     notes: tuple[str, ...] = (),
     progress: Progress,
+    crew: Crew = ALONE,
 ) -> Calibrated:
     """Fit and score a calibrator on surfaces with ground truth.
 
@@ -74,27 +77,27 @@ def fitted_bundle(
     notes : tuple of str
         Notes until now; others follow them.
     progress : Progress
+    crew : Crew
+        Processes that share the work.
     """
     surfaces = tuple(ground_truth.surfaces)
     good = [surface for surface in surfaces if surface.used]
-    fit = partial(fitted_by, calibrator)
-    score = None
-    if scored:
-        progress.stage("scoring on held-out presses", 0.6)
-        score = cross_validate(
-            surfaces,
-            ground_truth.without,
-            undeformed,
-            fit,
-            thickness_mm=thickness_of(profile),
-            progress=progress,
-        )
-    progress.stage("fitting", 0.15)
-    fitted = fit([*(surface.training() for surface in good), *ground_truth.undeformed], undeformed)
+    trials = Trials(
+        surfaces,
+        ground_truth.without,
+        undeformed,
+        partial(fitted_by, calibrator),
+        thickness_of(profile),
+        tuple(ground_truth.undeformed),
+    )
+    parts = CrossValidation.of(trials) if scored else None
+    tasks = [*(() if parts is None else parts.tasks), Task(Trials.fit_all, ())]
+    progress.stage("fitting, and scoring on held-out presses" if scored else "fitting", 0.75)
+    *results, fitted = crew.run(trials, tasks, progress.fraction)
+    score = None if parts is None else parts.score(results)
     artefacts: dict[str, Artefact] = {LIGHT: fitted}
     if score is not None and score.errors is not None:
         artefacts[ERRORS] = score.errors
-    progress.fraction(1.0)
     azimuths = channel_azimuths(good, undeformed)
     if is_sequential(good[0].frame):
         notes = (*notes, *misplaced_lights(profile, undeformed.channels, azimuths))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tactile_core.bundles.bundle import check_serial
+from tactile_core.calibration.crew import Crew
 from tactile_core.calibration.fitted_bundle import conditioning_for, fitted_bundle
 from tactile_core.calibration.guided_session import GuidedSession
 from tactile_core.calibration.height_target import is_height_map
@@ -31,6 +32,24 @@ from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
 
 
+class FittingParameters(NamedTuple):
+    """Parameters of the division of work. Nothing sets them from outside.
+
+    Attributes
+    ----------
+    fewest_shared : int, count
+        Fewest presses that several processes share. With fewer, starting a process takes longer
+        than it saves.
+        Source: chosen by hand (ADR 89).
+    """
+
+    fewest_shared: int = 12
+
+
+FITTING = FittingParameters()
+"""The values in use."""
+
+
 def calibrate(
     profile: Profile | str | Path,
     presses: Path,
@@ -45,6 +64,7 @@ def calibrate(
     gel: str = "",
     scored: bool = True,
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> Calibrated:
     """Fit and score a calibration from presses of a ball or of another calibration target.
 
@@ -77,6 +97,10 @@ def calibrate(
         Name of the gel on the unit: gels wear and are changed, and each needs its calibration.
     scored : bool
         False skips the cross-validation, which takes several times as long as the fit.
+    progress : Progress, optional
+    workers : int
+        Number of processes that share the work, this one included. A few presses are too little
+        work for more than one. The result is the same.
 
     Returns
     -------
@@ -114,6 +138,7 @@ def calibrate(
         raise InputError(
             f"{presses} holds a guided calibration without any press that was kept; record again"
         )
+    helpers = workers - 1 if scored and len(frames) >= FITTING.fewest_shared else 0
     undeformed, stand_in = undeformed_sensor(
         base, frames, reference, target, None if session is None else session.reference
     )
@@ -122,34 +147,37 @@ def calibrate(
     undeformed = condition.undeformed
     # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
-    ground_truth: CalibrationTarget[Any] = (
-        rows_of_map(
-            target, frames[0], condition, rows, blur_px, reference_from_press=bool(stand_in)
+    with Crew(helpers) as crew:
+        ground_truth: CalibrationTarget[Any] = (
+            rows_of_map(
+                target, frames[0], condition, rows, blur_px, reference_from_press=bool(stand_in)
+            )
+            if target is not None and is_height_map(target)
+            else balls(
+                base,
+                presses,
+                frames,
+                condition,
+                ball_diameter_mm=ball_diameter_mm,
+                labels=labels,
+                target=target,
+                for_heights=calibrator.fits == "heights",
+                progress=progress,
+                crew=crew,
+            )
         )
-        if target is not None and is_height_map(target)
-        else balls(
+        made = fitted_bundle(
             base,
-            presses,
-            frames,
-            condition,
-            ball_diameter_mm=ball_diameter_mm,
-            labels=labels,
-            target=target,
-            for_heights=calibrator.fits == "heights",
+            ground_truth,
+            undeformed,
+            calibrator,
+            serial=serial,
+            gel=gel,
+            scored=scored,
+            notes=notes,
             progress=progress,
+            crew=crew,
         )
-    )
-    made = fitted_bundle(
-        base,
-        ground_truth,
-        undeformed,
-        calibrator,
-        serial=serial,
-        gel=gel,
-        scored=scored,
-        notes=notes,
-        progress=progress,
-    )
     given = inputs_of(profile, presses, reference, labels, target)
     return replace(made, notes=made.notes + stand_in, inputs=given)
 

@@ -19,6 +19,7 @@ from tactile_core.algorithms.circles import (
 )
 from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Frame, Reference
@@ -34,6 +35,7 @@ def find_presses(
     thickness_mm: float = THICKNESS_MM,
     labels: Mapping[str, Circle] | None = None,
     progress: Progress | None = None,
+    crew: Crew = ALONE,
 ) -> list[FoundPress]:
     """Find the contact circle of the ball in each frame, or take it from labels.
 
@@ -52,6 +54,8 @@ def find_presses(
     labels : mapping of str to Circle, optional
         Circles by the frame's source. With labels nothing is searched.
     progress : Progress, optional
+    crew : Crew
+        Processes that share the work.
 
     Returns
     -------
@@ -74,11 +78,11 @@ def find_presses(
         ]
     touching_px = [flat_equivalent(ball_px, dome_radius_px) for ball_px in balls_px]
     scale = working_scale(max(touching_px))
-    starts = []
-    for number, (frame, radius_px) in enumerate(zip(frames, touching_px, strict=True), 1):
-        starts.append(Start.of(press_image(frame, reference), radius_px, scale))
-        if progress:
-            progress.fraction(0.3 * number / len(frames))
+    starts = crew.run(
+        reference,
+        [Task(start_of, (frame, px, scale)) for frame, px in zip(frames, touching_px, strict=True)],
+        lambda share: progress.fraction(0.3 * share) if progress else None,
+    )
     circles = find_circles(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
@@ -94,6 +98,11 @@ def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
     """Search the circles of some presses again, as if there were no others."""
     circles = find_circles(_starts(presses))
     return [replace(press, circle=circle) for press, circle in zip(presses, circles, strict=True)]
+
+
+def start_of(reference: Reference, frame: Frame, ball_radius_px: float, scale: float) -> Start:
+    """Analyse a frame on its own, as the start of the search."""
+    return Start.of(press_image(frame, reference), ball_radius_px, scale)
 
 
 def press_image(frame: Frame, reference: Reference) -> PressImage:

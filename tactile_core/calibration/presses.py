@@ -161,7 +161,8 @@ class FoundPress:
         """(H, W) bool: pixels within ``radius_px`` of the centre."""
         h, w = self.frame.pixels.shape[:2]
         x0, y0 = self.circle.centre_px
-        return np.asarray(np.hypot(np.arange(w) - x0, np.arange(h)[:, None] - y0) < radius_px)
+        y_square = ((np.arange(h) - y0) ** 2)[:, None]
+        return np.asarray(y_square + (np.arange(w) - x0) ** 2 < radius_px**2)
 
     def surface(self, radius_px: float) -> Bool:
         """(H, W) bool: the pixels of :meth:`disc` that show coating instead of a marker."""
@@ -236,13 +237,14 @@ class FoundPress:
         undeformed = ~self.disc(np.inf if self.in_grid else distance_px)
         if self.frame.marker_mask is not None:
             undeformed &= ~self.frame.marker_mask
-        level_rows, level_columns = np.nonzero(undeformed)
-        rng = np.random.default_rng(0)
-        pick = rng.permutation(len(level_rows))[: int(PRESS.undeformed_share * len(rows))]
+        level = np.flatnonzero(undeformed)
+        count = min(len(level), int(PRESS.undeformed_share * len(rows)))
+        pick = np.random.default_rng(0).choice(len(level), count, replace=False, shuffle=False)
+        level_rows, level_columns = np.divmod(level[pick], undeformed.shape[1])
         return Press(
             frame=self.frame,
-            rows=np.concatenate([rows, level_rows[pick]]).astype(np.int32),
-            columns=np.concatenate([columns, level_columns[pick]]).astype(np.int32),
+            rows=np.concatenate([rows, level_rows]).astype(np.int32),
+            columns=np.concatenate([columns, level_columns]).astype(np.int32),
             gradients=np.concatenate([slopes, np.zeros((len(pick), 2), np.float32)]),
             name=self.file,
             heights_mm=np.concatenate(

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tactile_core.calibration.agreement import halves_difference_deg, left_out_size_ratio
+from tactile_core.calibration.agreement import (
+    halves_difference_deg,
+    halves_of,
+    left_out_size_ratio,
+    ratios_of_left_out_size,
+    sizes_of,
+    slopes_by_half,
+)
+from tactile_core.calibration.crew import Task
 from tactile_core.calibration.error_fit import HeldOutSurface, fitted_errors
-from tactile_core.calibration.held_out import Fold
 from tactile_core.calibration.measured import measured_frames
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import MeasuredSphere, S
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Press
-from tactile_core.interfaces.progress import Progress, Silent
-from tactile_core.quantities import Reference
+from tactile_core.calibration.trials import Trials
 
 
 class ScoringParameters(NamedTuple):
@@ -41,92 +46,125 @@ SCORING = ScoringParameters()
 """The values in use."""
 
 
-def cross_validate(
-    surfaces: Sequence[S],
-    without: Callable[[Collection[int]], Fold[S] | None],
-    undeformed: Reference,
-    fit: Callable[[Sequence[Press], Reference], Calibration],
-    *,
-    thickness_mm: float,
-    progress: Progress | None = None,
-) -> Score | None:
-    """Score a calibrator by k-fold cross-validation over surfaces.
+class HeldOut(NamedTuple):
+    """What a calibration measures of a surface that it has not seen.
+
+    Attributes
+    ----------
+    found, true : (N, 2) float
+        Measured and true slopes of the scored pixels.
+    height_errors_mm : (N,) float
+        Measured minus true height there, less their mean difference.
+    surface : HeldOutSurface or None
+        None if heights are measured directly.
+    sphere : MeasuredSphere or None
+    """
+
+    found: np.ndarray
+    true: np.ndarray
+    height_errors_mm: np.ndarray
+    surface: HeldOutSurface | None
+    sphere: MeasuredSphere | None
+
+
+@dataclass(frozen=True, eq=False)
+class CrossValidation:
+    """Independent calibrations on parts of the surfaces, and the score that they yield [1]_.
 
     The surfaces to score are selected once: those that are used. Circles, light model and
     calibration of a fold are estimated without the surfaces that it holds out.
 
-    Parameters
+    Attributes
     ----------
-    surfaces : sequence of TargetSurface
-        All that were found, unusable ones included.
-    without : callable
-        Maps indices of held-out surfaces to a :class:`Fold` of the others; None if none of the
-        others can be used.
-    undeformed : Reference
-        Held-out surfaces are measured against it.
-    fit : callable
-        Fits a calibration to training samples and a reference.
-    thickness_mm : float
-        Thickness of the gel.
-    progress : Progress, optional
-
-    Returns
-    -------
-    Score, or None with fewer than two usable surfaces
+    trials : Trials
+    folds : list of range
+        Indices of the surfaces that each fold holds out.
+    halves : list of tuple of int
+        Indices of the surfaces in two halves, if there are enough.
+    sizes : list of float
+        Diameters of balls that are each left out, if there are several.
 
     References
     ----------
     .. [1] M. Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", Journal of
        the Royal Statistical Society B 36(2), 1974.
     """
-    if sum(surface.used for surface in surfaces) < 2:
-        return None
-    progress = progress or Silent()
-    folds = min(SCORING.folds, len(surfaces))
-    errors, flat, slopes, height_errors = [], [], [], []
-    held_out_surfaces = list[HeldOutSurface]()
-    spheres: dict[int, MeasuredSphere] = {}
-    for fold in range(folds):
-        progress.fraction(0.7 * fold / folds)
-        held_out = range(fold, len(surfaces), folds)
-        to_score = [i for i in held_out if surfaces[i].used]
-        training = without(held_out) if to_score else None
-        if training is None:
-            continue
-        model = fit(training.samples, training.reference)
-        found_again = measured_frames(model, map(training.find, to_score), undeformed)
-        for i, (surface, measured) in zip(to_score, found_again, strict=True):
-            mask = surface.scored()
-            rows, columns, true = surface.true_gradients(mask)
-            found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
-            errors.append(angles_deg(found, true))
-            flat.append(angles_deg(np.zeros_like(true), true))
-            step = max(1, len(true) // SCORING.report_samples)
-            slopes.append(np.column_stack([found, true])[::step])
-            height_errors.append(surface.height_errors_mm(measured.height_mm, mask))
-            if measured.integrated:
-                shape = measured.gx, measured.gy, measured.height_mm
-                held_out_surfaces.append(HeldOutSurface(*shape, surface.training(), thickness_mm))
-            sphere = surface.sphere(measured.height_mm)
-            if sphere is not None:
-                spheres[i] = sphere
-    if not errors or not sum(map(len, errors)):
-        return None
-    all_errors = np.concatenate(errors)
-    halves = halves_difference_deg(surfaces, without, undeformed, fit)
-    progress.fraction(0.9)
-    left_out = left_out_size_ratio(surfaces, without, undeformed, fit)
-    progress.fraction(1.0)
-    return Score(
-        presses=len(errors),
-        mean_deg=float(all_errors.mean()),
-        median_deg=float(np.median(all_errors)),
-        p90_deg=float(np.percentile(all_errors, 90)),
-        predict_flat_deg=float(np.concatenate(flat).mean()),
-        height_rmse_mm=float(np.sqrt(np.mean(np.concatenate(height_errors) ** 2))),
-        samples=np.concatenate(slopes).astype(np.float32),
-        errors=fitted_errors(held_out_surfaces),
-        spheres=spheres,
-        halves_difference_deg=halves,
-        left_out_size_ratio=left_out,
-    )
+
+    trials: Trials[Any]
+    folds: list[range]
+    halves: list[tuple[int, ...]]
+    sizes: list[float]
+
+    @classmethod
+    def of(cls, trials: Trials[Any]) -> CrossValidation:
+        """Divide the surfaces; with fewer than two usable ones there is nothing to do."""
+        used, count = trials.used, len(trials.surfaces)
+        if len(used) < 2:
+            return cls(trials, [], [], [])
+        folds = min(SCORING.folds, count)
+        ranges = [range(fold, count, folds) for fold in range(folds)]
+        return cls(trials, ranges, halves_of(used), sizes_of(trials))
+
+    @property
+    def tasks(self) -> list[Task]:
+        """All calibrations, for :meth:`Crew.run` with the trials."""
+        return [
+            *(Task(measured_fold, (fold,)) for fold in self.folds),
+            *(Task(slopes_by_half, (half,)) for half in self.halves),
+            *(Task(ratios_of_left_out_size, (size,)) for size in self.sizes),
+        ]
+
+    def score(self, results: Sequence[Any]) -> Score | None:
+        """Combine the results of the tasks; None without any measured pixel."""
+        folds, halves = len(self.folds), len(self.halves)
+        held_out = {i: one for fold in results[:folds] for i, one in fold.items()}
+        errors = [angles_deg(one.found, one.true) for one in held_out.values()]
+        if not sum(map(len, errors)):
+            return None
+        all_errors = np.concatenate(errors)
+        flat = [angles_deg(np.zeros_like(one.true), one.true) for one in held_out.values()]
+        height_errors = np.concatenate([one.height_errors_mm for one in held_out.values()])
+        return Score(
+            presses=len(errors),
+            mean_deg=float(all_errors.mean()),
+            median_deg=float(np.median(all_errors)),
+            p90_deg=float(np.percentile(all_errors, 90)),
+            predict_flat_deg=float(np.concatenate(flat).mean()),
+            height_rmse_mm=float(np.sqrt(np.mean(height_errors**2))),
+            samples=np.concatenate([_some(one) for one in held_out.values()]).astype(np.float32),
+            errors=fitted_errors(o.surface for o in held_out.values() if o.surface is not None),
+            spheres={i: one.sphere for i, one in held_out.items() if one.sphere is not None},
+            halves_difference_deg=halves_difference_deg(results[folds : folds + halves]),
+            left_out_size_ratio=left_out_size_ratio(results[folds + halves :]),
+        )
+
+
+def measured_fold(trials: Trials[S], held_out: Sequence[int]) -> dict[int, HeldOut]:
+    """Measure the used surfaces among some, by a calibration on the others."""
+    to_score = [i for i in held_out if trials.surfaces[i].used]
+    training = trials.without(held_out) if to_score else None
+    if training is None:
+        return {}
+    model = trials.fit(training.samples, training.reference)
+    results = {}
+    found_again = measured_frames(model, map(training.find, to_score), trials.reference)
+    for i, (surface, measured) in zip(to_score, found_again, strict=True):
+        mask = surface.scored()
+        rows, columns, true = surface.true_gradients(mask)
+        shape = measured.gx, measured.gy, measured.height_mm
+        results[i] = HeldOut(
+            np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1),
+            true,
+            surface.height_errors_mm(measured.height_mm, mask),
+            HeldOutSurface(*shape, surface.training(), trials.thickness_mm)
+            if measured.integrated
+            else None,
+            surface.sphere(measured.height_mm),
+        )
+    return results
+
+
+def _some(one: HeldOut) -> np.ndarray:
+    """Measured and true slopes (N, 4) of some pixels, for the report."""
+    step = max(1, len(one.true) // SCORING.report_samples)
+    return np.column_stack([one.found, one.true])[::step]

@@ -12,6 +12,7 @@ import numpy as np
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.background import smooth_background
 from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.calibration.crew import ALONE, Crew
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.map_rows import MapBlock, blocks
@@ -74,7 +75,7 @@ class CalibrationTarget(Generic[S]):
     basis : str
         A short description, for the report.
     without : callable
-        As in :func:`~tactile_core.calibration.scoring.cross_validate`.
+        As in :class:`~tactile_core.calibration.trials.Trials`.
     ball_diameters_mm : tuple of float
         Every size of ball, in order; empty for other targets.
     undeformed : tuple of Press
@@ -148,6 +149,7 @@ def balls(
     target: Path | None = None,
     for_heights: bool = False,
     progress: Progress,
+    crew: Crew = ALONE,
 ) -> CalibrationTarget[FoundPress]:
     """Return presses of a ball, found in each frame or located by a target file.
 
@@ -176,6 +178,7 @@ def balls(
             labels=labels,
             for_heights=for_heights,
             progress=progress,
+            crew=crew,
         )
     progress.stage("finding the circles", 0.25)
     grid, diameter_mm = _on_target(
@@ -203,6 +206,7 @@ def separate_balls(
     labels: Path | None = None,
     for_heights: bool = False,
     progress: Progress,
+    crew: Crew = ALONE,
 ) -> CalibrationTarget[FoundPress]:
     """Return presses of a ball that are found in a frame each.
 
@@ -221,6 +225,8 @@ def separate_balls(
     for_heights : bool
         The training pixels are for a calibration that is fitted to heights.
     progress : Progress
+    crew : Crew
+        Processes that share the work.
 
     Raises
     ------
@@ -229,7 +235,7 @@ def separate_balls(
     """
     progress.stage("finding the circles", 0.25)
     ready = [condition(frame) for frame in frames]
-    circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress)
+    circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress, crew)
     found = [replace(press, for_heights=for_heights) for press in circled]
     good = used(found)
     diameters_mm = tuple(sorted(set(sizes_mm)))
@@ -335,6 +341,7 @@ def _found(
     sizes_mm: Sequence[float],
     labels: Path | None,
     progress: Progress,
+    crew: Crew,
 ) -> list[FoundPress]:
     scale = profile.image.mm_per_px
     radii_px = [diameter_mm / 2 / scale for diameter_mm in sizes_mm]
@@ -356,6 +363,7 @@ def _found(
         thickness_mm=thickness_of(profile),
         labels=given,
         progress=progress,
+        crew=crew,
     )
 
 

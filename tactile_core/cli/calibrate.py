@@ -69,6 +69,7 @@ def calibrate(
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
     from tactile_core.bundles.bundle import check_place, check_serial, default_place
+    from tactile_core.calibration.crew import cores
     from tactile_core.calibration.fitting import calibrate as fit
     from tactile_core.calibration.fitting import inputs_of
     from tactile_core.calibration.height_target import parse_rows
@@ -128,6 +129,7 @@ def calibrate(
             serial=serial,
             gel=gel,
             progress=progress,
+            workers=cores(),
         )
     result.save(folder)
     for note in result.notes:

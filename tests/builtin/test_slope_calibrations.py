@@ -159,7 +159,7 @@ def test_the_share_of_the_polynomial_weights_it_in_the_mean(share: float) -> Non
     rng = np.random.default_rng(0)
     features = rng.normal(size=(300, 5)).astype(np.float32)
     normal_xy = (0.3 * features[:, :2]).astype(np.float32)
-    networks = tuple(train(features, normal_xy, hidden=(4,), epochs=1, seed=s) for s in (0, 1))
+    networks = tuple(train(features, normal_xy, hidden=(4,), epochs=1, seeds=(0, 1)))
     curve = fit_curve(features, normal_xy)
     mean = (1 - share) * (networks[0](features) + networks[1](features)) / 2
     both = Ensemble(networks, curve, share)

@@ -77,7 +77,7 @@ def test_no_press_is_scored_by_a_model_that_was_fitted_on_it(
         return measure(self, frame, reference)
 
     # two halves are compared with each other on the presses of both
-    monkeypatch.setattr(scoring, "halves_difference_deg", lambda *given: None)
+    monkeypatch.setattr(scoring, "halves_of", lambda used: [])
     monkeypatch.setattr(PolynomialCalibrator, "fit", noted_fit)
     monkeypatch.setattr(Polynomial, "measure", noted_measure)
     rows = ["file,centre_x_px,centre_y_px,contact_radius_px"]

@@ -89,7 +89,13 @@ NO_BORDER = Border(0.0, np.inf, np.inf, BALL)
 
 
 def find_border(
-    change: Change, light: Light, deviation: Float64, centre: Float64, ball_radius: float
+    change: Change,
+    light: Light,
+    deviation: Float64,
+    centre: Float64,
+    ball_radius: float,
+    *,
+    with_std: bool = True,
 ) -> Border:
     """Find the radius at which the slope departs from that of the ball.
 
@@ -108,8 +114,10 @@ def find_border(
         Centre of the ball, in working pixels.
     ball_radius : float
         In working pixels.
+    with_std : bool
+        False saves the time of ``disagreement``, which is then infinite.
     """
-    found = radial_profile(change, light, deviation, centre, ball_radius)
+    found = radial_profile(change, light, deviation, centre, ball_radius, jackknifed=with_std)
     if found is None:
         return NO_BORDER
     radius, inner, outer = (
@@ -117,7 +125,7 @@ def find_border(
         for margin in (0.0, BORDER.margin, -BORDER.margin)
     )
     others = np.array([_radius(found.r, sines, BORDER.level) for sines in found.without])
-    disagreement = float(np.sqrt((len(others) - 1) * others.var()))
+    disagreement = float(np.sqrt((len(others) - 1) * others.var())) if with_std else np.inf
     on_ball = found.r < radius - BORDER.blurred
     shape = Shape(found.r, np.where(on_ball, found.r, found.sines))
     width = outer - inner

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.algorithms.circles.light import Light, LocalLight, Samples, residuals
 from tactile_core.algorithms.circles.shape import Shape
 
@@ -31,9 +32,6 @@ class CentreParameters(NamedTuple):
     settled_px : float, working px
         Gauss–Newton ends when the centre moves less.
         Source: chosen by hand; no script derives it.
-    difference : float, component of the normal
-        Step of the difference quotients.
-        Source: mathematics; the error is of its order, far below that of the light.
     sectors : int, count
         Sectors of the disc whose residuals are independent of each other.
         Source: chosen by hand: an attached shadow is about as wide.
@@ -49,7 +47,6 @@ class CentreParameters(NamedTuple):
     least_residual: float = 0.005
     largest_step: float = 0.3
     settled_px: float = 1e-3
-    difference: float = 1e-5
     sectors: int = 12
     tail: float = 0.3
     least_spread: float = 1e-6
@@ -121,25 +118,27 @@ def fit_centre(
         Most Gauss–Newton steps.
     """
     unit = max(light.residual, CENTRE.least_residual)
-    if len(samples.xy) < CENTRE.fewest_pixels:
+    if samples.xy.shape[1] < CENTRE.fewest_pixels:
         nothing = np.zeros_like(light.spread)
         return FittedCentre(start, np.full((2, 2), np.inf), nothing, light.spread**2, np.inf)
     here = light.at(samples.place)
     prior = np.maximum(light.spread, CENTRE.least_spread).T ** -2.0
     deviation = np.zeros_like(light.spread)
     at = start.copy()
-    per_pixel = samples.precision / (unit**2 * grain_px2)
+    per_pixel = samples.precision / np.float32(unit**2 * grain_px2)
+    per_square = samples.precision / np.float32(unit**2)
     for _ in range(rounds):
-        predicted, columns = _linearised(here.plus(deviation), samples.xy - at, shape, ball)
+        predicted, columns = _linearised(
+            here.plus(deviation), _offset(samples, at, ball), shape, ball
+        )
         now = predicted - samples.change
         above = samples.saturated & (now > 0)
         now[above] = 0
-        square = (samples.precision * now * now).sum(1)
-        weight = per_pixel / np.sqrt(1 + square / unit**2)[:, None]
+        weight = per_pixel / np.sqrt(1 + (per_square * now * now).sum(0))
         weight[above] = 0
-        weighted = (columns * weight.T[..., None]).transpose(0, 2, 1)  # (K, 2 + S, N)
-        normal = weighted @ columns
-        right = (weighted @ now.T[..., None])[..., 0]
+        weighted = columns * weight[:, None]
+        normal = (weighted @ columns.transpose(0, 2, 1)).astype(np.float64)
+        right = (weighted @ now[..., None])[..., 0].astype(np.float64)
         far = float((prior * deviation.T**2).mean())
         tail = (1 + CENTRE.tail) / (far + CENTRE.tail)
         inner, tilt = normal[:, 2:, 2:], right[:, 2:] + tail * prior * deviation.T
@@ -153,40 +152,43 @@ def fit_centre(
         move = -np.linalg.solve(reduced, pull)
         move *= min(1.0, CENTRE.largest_step * ball / max(float(np.hypot(*move)), 1e-9))
         mixed = tilt + normal[:, 2:, :2] @ move
-        deviation = deviation - (inverse @ mixed[..., None])[..., 0].T
+        step = (inverse @ mixed[..., None])[..., 0]
+        deviation = deviation - step.T
         at = at + move
         if np.hypot(*move) < CENTRE.settled_px:
             break
     # Errors of the light and cast shadows are alike within a sector: it counts as one observation.
-    by_centre = columns[..., :2] - columns[..., 2:] @ gain.transpose(0, 2, 1)
-    pulls = np.einsum("nk,nk,kna->na", weight, now, by_centre)
-    angle = np.arctan2(*(samples.xy - at).T[::-1]) / (2 * np.pi) + 0.5
+    by_centre = columns[:, :2] - gain.astype(np.float32) @ columns[:, 2:]
+    pulls = ((weight * now)[:, None] * by_centre).sum(0)
+    offset = _offset(samples, at, ball)
+    angle = np.arctan2(offset[1], offset[0]) / np.float32(2 * np.pi) + np.float32(0.5)
     sector = np.minimum(angle * CENTRE.sectors, CENTRE.sectors - 1).astype(np.intp)
-    sums: Float64 = np.array([np.bincount(sector, p, CENTRE.sectors) for p in pulls.T])
+    sums: Float64 = np.array([np.bincount(sector, p, CENTRE.sectors) for p in pulls])
     inverse_centre = np.linalg.inv(reduced)
     covariance: Float64 = inverse_centre @ sums @ sums.T @ inverse_centre
-    length = residuals(
-        here.plus(deviation)(shape.normal((samples.xy - at) / ball)),
-        samples.change,
-        samples.precision,
-        samples.saturated,
-    )
+    # The prediction after the last step, to first order.
+    taken = np.concatenate([np.broadcast_to(move, (len(step), 2)), -step], axis=1)
+    predicted += (taken.astype(np.float32)[:, None] @ columns)[:, 0]
+    length = residuals(predicted, samples.change, samples.precision, samples.saturated)
     variance = np.diagonal(inverse, axis1=1, axis2=2).T
     expected: Float64 = tail * deviation**2 + variance
-    return FittedCentre(at, covariance, deviation, expected, float(np.median(length)))
+    return FittedCentre(at, covariance, deviation, expected, quantile(length, 0.5))
+
+
+def _offset(samples: Samples, at: Float64, ball: float) -> Float32:
+    """Offsets (2, N) of the pixels from the centre, in ball radii."""
+    return np.asarray((samples.xy - at[:, None]) / ball, np.float32)
 
 
 def _linearised(
-    light: LocalLight, offset: Float64, shape: Shape, ball: float
-) -> tuple[Float64, Float64]:
-    """Predicted change (N, K), and its derivatives (K, N, 2 + S) by centre and coefficients."""
-    step = CENTRE.difference
-    slopes = light.slopes(shape.normal(offset / ball))
-    by_offset = [
-        (light.slopes(shape.normal(offset / ball + d)) - slopes) / step
-        for d in (np.array([step, 0.0]), np.array([0.0, step]))
-    ]
-    products = np.stack([slopes, *by_offset], 1) @ light.coefficients  # (N, 3, K)
-    by_centre = products[:, 1:].transpose(2, 0, 1) / -ball
-    by_light = np.broadcast_to(slopes, (len(by_centre), *slopes.shape))
-    return products[:, 0], np.concatenate([by_centre, by_light], axis=2)
+    light: LocalLight, offset: Float32, shape: Shape, ball: float
+) -> tuple[Float32, Float32]:
+    """Predicted change (K, N), and its derivatives (K, 2 + S, N) by centre and coefficients."""
+    normal, turn = shape.normal(offset)
+    slopes, *by_normal = light.slopes_and_derivatives(normal)
+    by_x, by_y = (light.of_slopes(slope) / np.float32(-ball) for slope in by_normal)
+    columns = np.empty((len(by_x), 2 + len(slopes), slopes.shape[1]), np.float32)
+    columns[:, 0] = by_x * turn[0] + by_y * turn[1]
+    columns[:, 1] = by_x * turn[1] + by_y * turn[2]
+    columns[:, 2:] = slopes
+    return light.of_slopes(slopes), columns

@@ -40,6 +40,13 @@ class FinderParameters(NamedTuple):
     alternations : int, count
         Most rounds of fitting light and centres alternately.
         Source: chosen by hand; no script derives it.
+    most_together : int, count
+        Most presses whose circles are fitted together with the light from the start on. More are
+        located with that light first.
+        Source: ADR 89.
+    last_rounds : int, count
+        Rounds of fitting light and centres of all presses then.
+        Source: chosen by hand; no script derives it.
     settled_px : float, working px
         The alternation ends when no centre moves further.
         Source: chosen by hand; no script derives it.
@@ -60,6 +67,8 @@ class FinderParameters(NamedTuple):
     held_out_reaches: tuple[float, ...] = (0.5, 0.6, 0.8)
     contact_rounds: int = 2
     alternations: int = 4
+    most_together: int = 60
+    last_rounds: int = 2
     settled_px: float = 0.01
     spread_rounds: int = 2
     largest_centre_std: float = 0.1
@@ -92,33 +101,62 @@ def find_circles(
     reasons = [start.seen(darkens=fades).why for start in starts]
     kept = [i for i, reason in enumerate(reasons) if not reason]
     fits = {i: PressFit.of(starts[i], darkens=fades) for i in kept}
-    if kept:
-        orders = orders_for(len(kept))
-        low_orders = min(2, orders[0]), min(1, orders[1])
-        _alternate(fits, low_orders, fades=fades)
-        for fitted in fits.values():
-            fitted.reach = FINDER.second_reach * fitted.ball
-        light = _alternate(fits, orders, fades=fades)
-        report(0.4)
-        for round_ in range(FINDER.contact_rounds):
-            for fitted in fits.values():
-                fitted.find_contact(light)
-            for i, reason in _outliers(fits).items():
-                reasons[i] = reason
-                del fits[i]
-            if not fits:
-                break
-            for fitted in fits.values():
-                fitted.reach = trusted(fitted.border.radius, fitted.ball)
-            light = _alternate(fits, orders_for(len(fits)), fades=fades)
-            report(0.4 + 0.3 * (round_ + 1))
-        for fitted in fits.values():
-            fitted.find_contact(light)
+    # evenly spread over the recording, so that a change of the light during it is seen
+    count = min(len(kept), FINDER.most_together)
+    first = {kept[i] for i in np.linspace(0, len(kept) - 1, count).round().astype(int)}
+    together = {i: fits[i] for i in kept if i in first}
+    light = _fit_together(together, reasons, fades=fades, report=report)
+    if light is None or count == len(kept):
+        fits = together
+    else:
+        fits = {i: fits[i] for i in kept if i in together or i not in first}
+        for i, fitted in fits.items():
+            if i not in first:
+                _approach(fitted, light)
+        for i, reason in _outliers(fits).items():
+            reasons[i] = reason
+            del fits[i]
+        light = _alternate(fits, orders_for(len(fits)), fades=fades, rounds=FINDER.last_rounds)
+    for fitted in fits.values():
+        assert light is not None
+        fitted.find_contact(light, last=True)
     report(1.0)
     return [
         fits[i].circle() if i in fits else _excluded(start.seen(darkens=fades), reason)
         for i, (start, reason) in enumerate(zip(starts, reasons, strict=True))
     ]
+
+
+def _fit_together(
+    fits: dict[int, PressFit],
+    reasons: list[str],
+    *,
+    fades: bool,
+    report: Callable[[float], None],
+) -> Light | None:
+    """Fit light and circles from the starts on; outliers leave ``fits``, with their reason."""
+    if not fits:
+        return None
+    orders = orders_for(len(fits))
+    low_orders = min(2, orders[0]), min(1, orders[1])
+    _alternate(fits, low_orders, fades=fades)
+    for fitted in fits.values():
+        fitted.reach = FINDER.second_reach * fitted.ball
+    light = _alternate(fits, orders, fades=fades)
+    report(0.4)
+    for round_ in range(FINDER.contact_rounds):
+        for fitted in fits.values():
+            fitted.find_contact(light)
+        for i, reason in _outliers(fits).items():
+            reasons[i] = reason
+            del fits[i]
+        if not fits:
+            return None
+        for fitted in fits.values():
+            fitted.reach = trusted(fitted.border.radius, fitted.ball)
+        light = _alternate(fits, orders_for(len(fits)), fades=fades)
+        report(0.4 + 0.2 * (round_ + 1))
+    return light
 
 
 def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
@@ -141,26 +179,37 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
 def locate(start: Start, light: Light) -> Circle:
     """Find the circle of one press with a light that was fitted to other presses."""
     fitted = PressFit.of(start, darkens=light.darkens)
-    for reach in FINDER.held_out_reaches:
-        fitted.reach = reach * start.ball
-        fitted.move(light)
-    fitted.find_contact(light)
-    fitted.reach = trusted(fitted.border.radius, start.ball)
-    fitted.move(light)
-    fitted.find_contact(light)
+    _approach(fitted, light)
+    fitted.find_contact(light, last=True)
     return fitted.circle()
 
 
-def _alternate(fits: dict[int, PressFit], orders: tuple[int, int], *, fades: bool) -> Light:
+def _approach(fitted: PressFit, light: Light) -> None:
+    """Find centre and contact of one press from its start on, with the light of other presses."""
+    for reach in FINDER.held_out_reaches:
+        fitted.reach = reach * fitted.ball
+        fitted.move(light)
+    fitted.find_contact(light)
+    fitted.reach = trusted(fitted.border.radius, fitted.ball)
+    fitted.move(light)
+
+
+def _alternate(
+    fits: dict[int, PressFit],
+    orders: tuple[int, int],
+    *,
+    fades: bool,
+    rounds: int = FINDER.alternations,
+) -> Light:
     """Fit the light to the centres and the centres to the light, until they converge."""
-    spread = None
-    for _ in range(FINDER.alternations):
-        light = fit([f.samples() for f in fits.values()], orders, darkens=fades)
-        if spread is not None:
-            light = replace(light, spread=spread[0], residual=spread[1])
+    before: Light | None = None
+    for _ in range(rounds):
+        light = fit([f.samples() for f in fits.values()], orders, darkens=fades, before=before)
+        if before is not None:
+            light = replace(light, spread=before.spread, residual=before.residual)
         moved = max([fitted.move(light) for fitted in fits.values()])
         light = _with_spread(light, [f.fitted for f in fits.values() if f.fitted is not None])
-        spread = light.spread, light.residual
+        before = light
         if moved < FINDER.settled_px:
             break
     return light

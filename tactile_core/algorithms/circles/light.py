@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.regression import terms
-from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.press import Change
 
 
@@ -26,8 +28,8 @@ class LightParameters(NamedTuple):
         Penalty on the coefficients. Mean squares of cubic terms are about 1e-4: a penalty of that
         size shrinks them, and all centres move together.
         Source: virtual units (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
-    rounds : int, count
-        Reweightings.
+    rounds, rounds_again : int, count
+        Reweightings; fewer where the light of nearly the same centres is known.
         Source: chosen by hand; no script derives it.
     cauchy_residuals : float, median residuals
         Scale of the Cauchy weights.
@@ -39,17 +41,22 @@ class LightParameters(NamedTuple):
     most_pixels : int, count
         Pixels per press that are drawn at random for the fit.
         Source: chosen by hand: about one per area over which the noise is correlated.
+    most_together : int, count
+        Pixels of all presses together.
+        Source: ADR 89.
     first_spread : float, ratio
         Deviation of a press from the light, relative to its coefficients, until it is known.
         Source: chosen by hand; no script derives it.
     """
 
     ridge: float = 1e-5
-    rounds: int = 4
+    rounds: int = 3
+    rounds_again: int = 1
     cauchy_residuals: float = 3
     few_presses: int = 4
     many_presses: int = 12
     most_pixels: int = 400
+    most_together: int = 16_000
     first_spread: float = 0.5
 
 
@@ -59,30 +66,38 @@ LIGHT = LightParameters()
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Pixels on balls.
+    """Pixels on a ball, one per column.
 
     Attributes
     ----------
-    xy : (N, 2) float64
+    xy : (2, N) float64
         Position in working pixels.
-    place : (N, 2) float64
+    place : (2, N) float32
         The same relative to half the width of the image, from its middle.
-    normal : (N, 2) float64
+    normal : (2, N) float32
         x and y components of the unit normal.
-    change : (N, K) float64
+    change : (K, N) float32
         Change of the image.
-    precision : (N, K) float64
+    precision : (K, N) float32
         Weight of the change, 0 to 1.
-    saturated : (N, K) bool
+    saturated : (K, N) bool
         The channel is saturated: the change is a lower bound.
     """
 
     xy: Float64
-    place: Float64
-    normal: Float64
-    change: Float64
-    precision: Float64
-    saturated: NDArray[np.bool_]
+    place: Float32
+    normal: Float32
+    change: Float32
+    precision: Float32
+    saturated: Bool
+
+    def about(self, centre: Float64, ball_radius: float) -> Samples:
+        """Return the same pixels with the normals of a ball at another centre."""
+        return replace(self, normal=_normals(self.xy, centre, ball_radius))
+
+
+def _normals(xy: Float64, centre: Float64, ball_radius: float) -> Float32:
+    return np.asarray((xy - centre[:, None]) / ball_radius, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +128,13 @@ class Light:
     residual: float
     spread: Float64
 
-    def at(self, place: Float64) -> LocalLight:
-        """Evaluate the coefficients at (N, 2) places, for many normals there."""
-        places = terms(place, self.place_order)
-        by_slope = self.coefficients.reshape(-1, places.shape[1], self.coefficients.shape[1])
-        return LocalLight(np.einsum("np,spk->nsk", places, by_slope), self.slope_order)
+    def at(self, place: Float32) -> LocalLight:
+        """Evaluate the coefficients at (2, N) places, for many normals there."""
+        places = terms(place.T, self.place_order).T
+        count, channels = len(places), self.coefficients.shape[1]
+        by_slope = self.coefficients.reshape(-1, count, channels).transpose(2, 0, 1)
+        there = by_slope.reshape(-1, count).astype(np.float32) @ places
+        return LocalLight(there.reshape(channels, -1, place.shape[1]), self.slope_order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,35 +143,53 @@ class LocalLight:
 
     Attributes
     ----------
-    coefficients : (N, S, K) float64
+    coefficients : (K, S, N) float32
         Coefficients of the products of nx and ny, sorted by degree.
     slope_order : int
     """
 
-    coefficients: Float64
+    coefficients: Float32
     slope_order: int
 
-    def __call__(self, normal: Float64) -> Float64:
-        """Predict the colour change (N, K) for the components (N, 2) of unit normals."""
-        return self.of_slopes(self.slopes(normal))
+    def of_slopes(self, slopes: Float32) -> Float32:
+        """Predict the change (K, N) for the products (S, N) of :meth:`slopes`."""
+        return np.asarray((self.coefficients * slopes).sum(1))
 
-    def of_slopes(self, slopes: Float64) -> Float64:
-        """Predict the change (N, K) for the products (N, S) of :meth:`slopes`."""
-        return np.asarray(np.einsum("ns,nsk->nk", slopes, self.coefficients))
+    def slopes(self, normal: Float32) -> Float32:
+        """Products of the components (2, N) of unit normals, (S, N), from degree 1 on."""
+        return terms(normal.T, self.slope_order).T[1:]
 
-    def slopes(self, normal: Float64) -> Float64:
-        """Products of nx and ny, (N, S), sorted by degree from 1 on."""
-        return terms(normal, self.slope_order)[:, 1:]
+    def slopes_and_derivatives(self, normal: Float32) -> tuple[Float32, Float32, Float32]:
+        """Return :meth:`slopes` and their derivatives by nx and by ny, (S, N) each."""
+        products = terms(normal.T, self.slope_order).T
+        by_x, by_y = (
+            products[lower] * factor[:, None] for lower, factor in _derivatives(self.slope_order)
+        )
+        return products[1:], by_x, by_y
 
     def plus(self, deviation: Float64) -> LocalLight:
         """Add (S, K) to the coefficients of every place."""
-        return LocalLight(self.coefficients + deviation, self.slope_order)
+        added = self.coefficients + deviation.T.astype(np.float32)[:, :, None]
+        return LocalLight(added, self.slope_order)
 
-    def along(self, direction: Float64) -> Float64:
-        """Coefficients of the powers 1 … T of the sine of the slope along directions, (T, N, K)."""
-        products = self.slopes(direction)[:, :, None] * self.coefficients
+    def along(self, direction: Float32) -> Float32:
+        """Coefficients of the powers 1 … T of the sine of the slope along directions, (T, K, N)."""
+        products = self.coefficients * self.slopes(direction)
         ends = np.cumsum([0, *(degree + 1 for degree in range(1, self.slope_order + 1))])
         return np.stack([products[:, a:b].sum(1) for a, b in pairwise(ends)])
+
+
+@cache
+def _derivatives(order: int) -> tuple[tuple[NDArray[np.intp], Float32], ...]:
+    """By nx and by ny: the product that each derivative is a multiple of, and the factor."""
+    powers = [(degree - b, b) for degree in range(order + 1) for b in range(degree + 1)]
+    number = {power: i for i, power in enumerate(powers)}
+    by_x = [(number.get((a - 1, b), 0), a) for a, b in powers[1:]]
+    by_y = [(number.get((a, b - 1), 0), b) for a, b in powers[1:]]
+    return tuple(
+        (np.array([i for i, _ in way], np.intp), np.array([f for _, f in way], np.float32))
+        for way in (by_x, by_y)
+    )
 
 
 def samples_on(
@@ -163,15 +198,19 @@ def samples_on(
     """Collect pixels within ``radius`` of the centre of a ball, with the ball's normals."""
     x, y = change.disc(centre, radius)
     keep = np.random.default_rng(0).permutation(len(x))[:most]
-    x, y = x[keep], y[keep]
-    xy = np.stack([x, y], 1).astype(np.float64)
-    normal = (xy - centre) / ball_radius
-    values, precision, saturated = change.values, change.precision, change.saturated
-    place = change.place(xy)
-    return Samples(xy, place, normal, values[y, x], precision[y, x], saturated[y, x])
+    xy = np.stack([x[keep], y[keep]]).astype(np.float64)
+    normal = _normals(xy, centre, ball_radius)
+    place = change.place(xy.T).T.astype(np.float32)
+    return Samples(xy, place, normal, *change.at(x[keep], y[keep]))
 
 
-def fit(samples: Sequence[Samples], orders: tuple[int, int], *, darkens: bool) -> Light:
+def fit(
+    samples: Sequence[Samples],
+    orders: tuple[int, int],
+    *,
+    darkens: bool,
+    before: Light | None = None,
+) -> Light:
     """Fit the light to balls at known centres by reweighted least squares with Cauchy weights.
 
     A saturated channel is a lower bound: it counts only where the prediction is below it.
@@ -184,52 +223,61 @@ def fit(samples: Sequence[Samples], orders: tuple[int, int], *, darkens: bool) -
         Degrees in the normal and in the position.
     darkens : bool
         As in :class:`Light`.
+    before : Light, optional
+        The light of nearly these centres, at which the reweighting starts.
 
     References
     ----------
     .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
+    most = min(LIGHT.most_pixels, LIGHT.most_together // len(samples))
     place, normal, change, precision, saturated = (
-        np.concatenate([getattr(s, name) for s in samples])
+        np.concatenate([getattr(s, name)[:, :most] for s in samples], axis=1)
         for name in ("place", "normal", "change", "precision", "saturated")
     )
-    slopes, places = terms(normal, orders[0])[:, 1:], terms(place, orders[1])
-    products = (slopes[:, :, None] * places[:, None, :]).reshape(len(place), -1)
-    weight = np.ones(len(products))
-    coefficients = np.zeros((products.shape[1], change.shape[1]))
-    penalty = LIGHT.ridge * len(products) * np.eye(products.shape[1])
-    residual = 1.0
-    for _ in range(LIGHT.rounds):
-        for k in range(change.shape[1]):
-            out = saturated[:, k] & (products @ coefficients[:, k] >= change[:, k])
-            weighted = products * (weight * precision[:, k] * ~out)[:, None]
-            coefficients[:, k] = np.linalg.solve(
-                weighted.T @ products + penalty, weighted.T @ change[:, k]
-            )
-        length = residuals(products @ coefficients, change, precision, saturated)
-        residual = float(np.median(length))
-        weight = 1 / (1 + (length / (LIGHT.cauchy_residuals * residual + 1e-9)) ** 2)
+    slopes, places = terms(normal.T, orders[0]).T[1:], terms(place.T, orders[1]).T
+    products = (slopes[:, None] * places).reshape(-1, place.shape[1])
+    count, pixels = products.shape
+    penalty = LIGHT.ridge * pixels * np.eye(count)
+    coefficients = np.zeros((count, len(change)))
+    weight, residual, rounds = np.ones(pixels, np.float32), 1.0, LIGHT.rounds
+    predicted = np.zeros_like(change)
+    if before is not None and before.coefficients.shape == coefficients.shape:
+        coefficients, rounds = before.coefficients.copy(), LIGHT.rounds_again
+        predicted = coefficients.T.astype(np.float32) @ products
+        residual, weight = _cauchy(residuals(predicted, change, precision, saturated))
+    for _ in range(rounds):
+        for k in range(len(change)):
+            out = saturated[k] & (predicted[k] >= change[k])
+            root = np.sqrt(weight * precision[k] * ~out)
+            weighted = products * root
+            normal_matrix = (weighted @ weighted.T).astype(np.float64) + penalty
+            coefficients[:, k] = np.linalg.solve(normal_matrix, weighted @ (root * change[k]))
+        predicted = coefficients.T.astype(np.float32) @ products
+        residual, weight = _cauchy(residuals(predicted, change, precision, saturated))
     # Half of the coefficients themselves, until the deviations of the presses are known.
-    by_slope = np.einsum(
-        "np,spk->nsk",
-        places[:: LIGHT.most_pixels],
-        coefficients.reshape(slopes.shape[1], places.shape[1], -1),
-    )
-    spread = LIGHT.first_spread * np.sqrt((by_slope**2).mean(0))
+    by_slope = coefficients.reshape(len(slopes), len(places), -1)
+    here = np.einsum("pn,spk->nsk", places[:, ::most], by_slope)
+    spread = LIGHT.first_spread * np.sqrt((here**2).mean(0))
     return Light(coefficients, *orders, darkens, residual, spread)
 
 
-def residuals(
-    predicted: Float64, change: Float64, precision: Float64, saturated: NDArray[np.bool_]
-) -> Float64:
-    """Length of the weighted residual, (N,).
+def _cauchy(length: Float32) -> tuple[float, Float32]:
+    """Median of the lengths of residuals, and the Cauchy weights (N,)."""
+    residual = quantile(length, 0.5)
+    ratio = length / np.float32(LIGHT.cauchy_residuals * residual + 1e-9)
+    return residual, 1 / (1 + ratio * ratio)
+
+
+def residuals(predicted: Float32, change: Float32, precision: Float32, saturated: Bool) -> Float32:
+    """Length of the weighted residual of (K, N) changes, (N,).
 
     Saturated channels count only where predicted too low.
     """
     error = predicted - change
     error[saturated & (error > 0)] = 0
-    return np.asarray(np.sqrt((precision * error * error).sum(1)))
+    return np.asarray(np.sqrt((precision * error * error).sum(0)))
 
 
 def orders_for(presses: int) -> tuple[int, int]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import cv2
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Bool, Float64
+from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.levels import LEVELS
 
 
@@ -47,6 +48,9 @@ class PressParameters(NamedTuple):
         Lower bound of the noise of a pixel: the standard deviation of rounding both images, doubled
         for what compression and a drifting light add.
         Source: mathematics, 2 · √(2 / 12), rounded up.
+    noise_rows : int, count
+        Rows of pixels from which the noise is estimated.
+        Source: chosen by hand; some thousand pixels give a median within some per cent.
     offset_share : float, share of the reference
         Added to both intensities before the logarithm, which would dwell on shadows otherwise.
         Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
@@ -63,6 +67,7 @@ class PressParameters(NamedTuple):
     folded_share: float = 0.94
     fewest_saturated: int = 20
     least_noise: float = 1.0
+    noise_rows: int = 40
     offset_share: float = 1.0
     model_error: float = 0.025
 
@@ -112,12 +117,12 @@ class Change:
 
     Attributes
     ----------
-    values : (h, w, K) float64
+    values : (h, w, K) float32
         Logarithm of frame over reference, smoothed; markers are filled. Where the light falls off,
         it changes as much as elsewhere, while the difference vanishes.
-    precision : (h, w, K) float64
+    precision : (h, w, K) float32
         Weight of each value, 0 to 1: small where the noise is large relative to the light.
-    weight : (h, w) float64
+    weight : (h, w) float32
         0 where a marker or a highlight that wrapped to dark hides the gel surface.
     saturated : (h, w, K) bool
         The channel is saturated: the change is a lower bound.
@@ -130,13 +135,17 @@ class Change:
         image are whole numbers of pixels.
     """
 
-    values: Float64
-    precision: Float64
-    weight: Float64
+    values: Float32
+    precision: Float32
+    weight: Float32
     saturated: Bool
     level: float
     grain_px2: float
     scale_xy: Float64
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: not what is derived from it."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
     def scale(self) -> float:
@@ -149,19 +158,41 @@ class Change:
         rows, columns = self.weight.shape
         return rows, columns
 
-    @property
-    def weighted(self) -> Float64:
+    def at(
+        self, columns: NDArray[np.intp], rows: NDArray[np.intp]
+    ) -> tuple[Float32, Float32, Bool]:
+        """Values, precisions and saturation, (K, N) each, of some pixels."""
+        pixels = rows * self.shape[1] + columns
+        values, precision, saturated = self._planes
+        return values[:, pixels], precision[:, pixels], saturated[:, pixels]
+
+    @cached_property
+    def _planes(self) -> tuple[Float32, Float32, Bool]:
+        """Values, precisions and saturation, (K, h · w) each."""
+        values, precision, saturated = (
+            np.ascontiguousarray(a.reshape(-1, a.shape[2]).T)
+            for a in (self.values, self.precision, self.saturated)
+        )
+        return values, precision, saturated
+
+    @cached_property
+    def weighted(self) -> Float32:
         """(h, w, K) values times the square root of their precision; 0 on markers."""
         return np.asarray(self.values * np.sqrt(self.precision) * self.weight[..., None])
 
+    @cached_property
+    def energy(self) -> Float32:
+        """(h, w) sum of the squares of :attr:`weighted` over the channels."""
+        return np.asarray(np.einsum("ijk,ijk->ij", self.weighted, self.weighted))
+
     @property
-    def noise_variance(self) -> Float64:
+    def noise_variance(self) -> Float32:
         """(h, w, K) variance of :attr:`weighted` by the noise of the camera alone."""
         return np.asarray(PRESS.model_error**2 * (1 - self.precision) / self.grain_px2)
 
     def without(self, drift: Float64) -> Change:
         """Subtract a change (K,) of the whole image."""
-        return replace(self, values=self.values - drift)
+        return replace(self, values=self.values - drift.astype(np.float32))
 
     def between_channels(self) -> Change:
         """Remove the mean of the channels, which brightens or darkens all of them equally."""
@@ -178,15 +209,15 @@ class Change:
         mean = (self.values * weight).sum(2) / np.maximum(weight.sum(2), PRESS.least_blur_weight)
         smooth = _masked_blur(mean[..., None], self.weight, blur_px)[..., 0]
         x, y = (
-            cv2.Sobel(smooth, cv2.CV_64F, *way, ksize=1, borderType=cv2.BORDER_REPLICATE)
+            cv2.Sobel(smooth, cv2.CV_32F, *way, ksize=1, borderType=cv2.BORDER_REPLICATE)
             for way in ((1, 0), (0, 1))
         )
-        along = np.asarray(np.dstack([x, y]) * (ball_radius / 2), np.float64)
+        along = np.asarray(np.dstack([x, y]) * (ball_radius / 2), np.float32)
         return replace(
             self,
             values=along,
             precision=np.ones_like(along),
-            weight=np.asarray(cv2.erode(self.weight, np.ones((3, 3))), np.float64),
+            weight=np.asarray(cv2.erode(self.weight, np.ones((3, 3))), np.float32),
             saturated=np.zeros(along.shape, np.bool_),
             grain_px2=_grain_px2(PRESS.blur_px, blur_px),
         )
@@ -216,9 +247,10 @@ def disc(
     sides = zip(centre, seen.shape[::-1], strict=True)
     box = [np.clip([v - radius, v + radius + 2], 0, side).astype(int) for v, side in sides]
     (x0, x1), (y0, y1) = box
-    y, x = np.mgrid[y0:y1, x0:x1]
-    inside = ((x - centre[0]) ** 2 + (y - centre[1]) ** 2 < radius**2) & (seen[y, x] > 0)
-    return x[inside], y[inside]
+    x2, y2 = (np.arange(x0, x1) - centre[0]) ** 2, (np.arange(y0, y1) - centre[1]) ** 2
+    inside = (y2[:, None] + x2 < radius**2) & (seen[y0:y1, x0:x1] > 0)
+    y, x = np.nonzero(inside)
+    return x + x0, y + y0
 
 
 def working_scale(ball_radius_px: float) -> float:
@@ -231,7 +263,7 @@ def change_of(press: PressImage, scale: float) -> Change:
     frame, reference = (
         _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
     )
-    weight = np.ones(frame.shape[:2])
+    weight = np.ones(frame.shape[:2], np.float32)
     if press.marker_mask is not None:
         rows, columns, _ = frame.shape
         size = columns, rows
@@ -240,10 +272,10 @@ def change_of(press: PressImage, scale: float) -> Change:
     saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
         weight[_folded(saturated[..., k], frame[..., k])] = 0
-    noise = np.maximum(_pixel_noise(frame - reference), PRESS.least_noise)
+    noise = np.maximum(_pixel_noise(frame - reference), np.float32(PRESS.least_noise))
     undeformed = np.maximum(reference, 0)
     # The noise keeps the divisor finite in the dark, the share the logarithm in shadows.
-    offset = noise + PRESS.offset_share * undeformed
+    offset = noise + np.float32(PRESS.offset_share) * undeformed
     ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
     relative = noise / (undeformed + offset)
     precision = PRESS.model_error**2 / (PRESS.model_error**2 + relative**2)
@@ -258,15 +290,16 @@ def change_of(press: PressImage, scale: float) -> Change:
     )
 
 
-def _pixel_noise(difference: Float64) -> Float64:
+def _pixel_noise(difference: Float32) -> Float32:
     """Standard deviation of the noise of each channel, (K,), from its second differences.
 
     Anything smooth cancels in d(x − 1) − 2 d(x) + d(x + 1), whose variance is six times the noise.
     """
-    second = np.diff(difference, 2, axis=1).reshape(-1, difference.shape[2])
+    step = max(1, len(difference) // PRESS.noise_rows)
+    second = np.diff(difference[::step], 2, axis=1).reshape(-1, difference.shape[2])
     if not len(second):
-        return np.zeros(difference.shape[2])
-    return np.asarray([sigma_of(plane) / np.sqrt(6) for plane in second.T])
+        return np.zeros(difference.shape[2], np.float32)
+    return np.asarray([sigma_of(plane) / np.sqrt(6) for plane in second.T], np.float32)
 
 
 def _grain_px2(*blurs_px: float) -> float:
@@ -274,16 +307,16 @@ def _grain_px2(*blurs_px: float) -> float:
     return 1 + 4 * np.pi * sum(blur**2 for blur in blurs_px)
 
 
-def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> NDArray[Any]:
+def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> Float32:
     image = pixels.astype(np.float32) * np.float32(LEVELS.full_scale_8_bit / full_scale)
     h, w = image.shape[:2]
     if scale == 1:
-        return image.astype(np.float64)
+        return image
     size = max(1, round(w * scale)), max(1, round(h * scale))
-    return shrunk(image, size).astype(np.float64)
+    return shrunk(image, size)
 
 
-def _folded(saturated: Bool, plane: Float64) -> Bool:
+def _folded(saturated: Bool, plane: Float32) -> Bool:
     """Mask of dark holes inside saturated spots."""
     if np.count_nonzero(saturated) <= PRESS.fewest_saturated:
         return np.zeros_like(saturated)
@@ -294,7 +327,7 @@ def _folded(saturated: Bool, plane: Float64) -> Bool:
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 
-def _masked_blur(image: Float64, weight: Float64, blur_px: float) -> Float64:
+def _masked_blur(image: Float32, weight: Float32, blur_px: float) -> Float32:
     total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), PRESS.least_blur_weight)
     blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), blur_px)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

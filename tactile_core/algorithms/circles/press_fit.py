@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -42,6 +42,13 @@ class FitParameters(NamedTuple):
     newton_rounds : int, count
         Most Gauss–Newton steps of a centre per round; the next round continues.
         Source: chosen by hand; no script derives it.
+    relaxation : float, ratio
+        Move of a centre over its step. The light follows the centres, so that alternating takes
+        too short steps.
+        Source: virtual units (ADR 89), among 1 to 1.8.
+    redrawn_px : float, working px
+        The pixels of a fit are drawn again when its centre has moved this far.
+        Source: chosen by hand; no script derives it.
     shape_margin : float, ball radii
         Distance from the contact within which the centre is fitted once the contact is known. The
         slope changes most there; farther out there are cast shadows.
@@ -69,7 +76,9 @@ class FitParameters(NamedTuple):
     contact_share: float = 0.95
     largest_reach: float = 0.9
     largest_shift: float = 0.25
-    newton_rounds: int = 2
+    newton_rounds: int = 1
+    relaxation: float = 1.4
+    redrawn_px: float = 1.0
     shape_margin: float = 0.15
     most_pixels: int = 800
     std_factor: float = 2.4
@@ -82,6 +91,14 @@ FIT = FitParameters()
 """The values in use."""
 
 
+class _Draw(NamedTuple):
+    """Pixels that were drawn around a centre."""
+
+    centre: Float64
+    reach: float
+    samples: Samples
+
+
 @dataclass
 class PressFit:
     """State of a press during the fit, in working pixels."""
@@ -92,6 +109,7 @@ class PressFit:
     reach: float
     fitted: FittedCentre | None = None
     border: Border = NO_BORDER
+    _draws: dict[str, _Draw] = field(default_factory=dict)
 
     @classmethod
     def of(cls, start: Start, *, darkens: bool) -> Self:
@@ -106,26 +124,35 @@ class PressFit:
 
     def samples(self) -> Samples:
         """Pixels to fit the light and the centre to."""
-        most = LIGHT.most_pixels
-        return samples_on(self.sighting.change, self.centre, self.reach, self.ball, most)
+        return self._drawn("light", self.reach, LIGHT.most_pixels)
 
     def refit(self, light: Light) -> FittedCentre:
         """Fit the centre to a light, without moving."""
-        change, shape = self.sighting.change, self.border.shape
-        samples = self.samples()
+        shape, samples = self.border.shape, None
         if shape is not BALL:
             # Around a contact the slope changes most, which determines the centre best.
-            reach, most = self.border.radius + FIT.shape_margin * self.ball, FIT.most_pixels
-            samples = samples_on(change, self.centre, reach, self.ball, most)
+            reach = self.border.radius + FIT.shape_margin * self.ball
+            samples = self._drawn("centre", reach, FIT.most_pixels)
         return fit_centre(
-            samples,
+            samples or self.samples(),
             light,
             self.centre,
             self.ball,
             shape,
-            change.grain_px2,
+            self.sighting.change.grain_px2,
             FIT.newton_rounds,
         )
+
+    def _drawn(self, use: str, reach: float, most: int) -> Samples:
+        """Draw pixels, or return those that were drawn for nearly this centre."""
+        drawn = self._draws.get(use)
+        if drawn is not None and drawn.reach == reach:
+            off = drawn.centre - self.centre
+            if max(abs(off)) < FIT.redrawn_px:
+                return drawn.samples.about(self.centre, self.ball)
+        samples = samples_on(self.sighting.change, self.centre, reach, self.ball, most)
+        self._draws[use] = _Draw(self.centre, reach, samples)
+        return samples
 
     def move(self, light: Light) -> float:
         """Move to the fitted centre, and return the distance before it is bounded."""
@@ -133,14 +160,14 @@ class PressFit:
         step = self.fitted.at - self.centre
         length = float(np.hypot(*step))
         shift = FIT.largest_shift * self.ball
-        self.centre = self.centre + step * min(1.0, shift / max(length, 1e-9))
+        self.centre = self.centre + step * min(FIT.relaxation, shift / max(length, 1e-9))
         return length
 
-    def find_contact(self, light: Light) -> None:
-        """Update the border of the contact."""
+    def find_contact(self, light: Light, *, last: bool = False) -> None:
+        """Update the border of the contact; how certain it is only the last time."""
         assert self.fitted is not None
         change, deviation = self.sighting.change, self.fitted.deviation
-        self.border = find_border(change, light, deviation, self.centre, self.ball)
+        self.border = find_border(change, light, deviation, self.centre, self.ball, with_std=last)
 
     @property
     def visible_share(self) -> float:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import sigma_of
-from tactile_core.algorithms.arrays.types import Bool, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float64
 from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
 from tactile_core.algorithms.circles.symmetry import odd_centre, oddness_at
 
@@ -56,6 +56,9 @@ class StartParameters(NamedTuple):
     blur_radii : float, ball radii
         Standard deviation over which the change is averaged to compare near and far.
         Source: chosen by hand; no script derives it.
+    most_pixels : int, count
+        About the number of pixels of which a median is taken.
+        Source: chosen by hand; a median is then within some per cent of the noise.
     least_blur_weight : float, ratio
         Lower bound of the sum of weights of that average, against division by zero.
         Source: chosen by hand; no script derives it.
@@ -72,6 +75,7 @@ class StartParameters(NamedTuple):
     noise_ratio: float = 3.0
     far_radii: float = 2.5
     blur_radii: float = 0.35
+    most_pixels: int = 5000
     least_blur_weight: float = 1e-3
 
 
@@ -176,9 +180,21 @@ def _sighting(
 
 def _median(change: Change, where: Bool) -> Float64:
     """Median change (K,) of some pixels; 0 of none."""
-    if not where.any():
+    rows, columns = np.nonzero(where)
+    if not len(rows):
         return np.zeros(change.values.shape[2])
-    return np.asarray(np.median(change.values[where], axis=0))
+    values, _, _ = change.at(_thinned(columns), _thinned(rows))
+    return np.median(values, axis=1).astype(np.float64)
+
+
+def _thinned(values: Array) -> Array:
+    """Every n-th of (N,) values, enough for a median."""
+    return values[:: max(1, len(values) // START.most_pixels)]
+
+
+def _step(pixels: int) -> int:
+    """Rows and columns per pixel of an image that are enough for a median."""
+    return max(1, int(np.sqrt(pixels / START.most_pixels)))
 
 
 def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
@@ -196,9 +212,10 @@ def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, 
     x, y = change.disc(centre, START.inner_radii * ball)
     if len(x) == 0:
         return "no contact: markers hide the gel surface where the image changed"
-    length = np.sqrt((change.weighted**2).sum(2))
-    expected = np.sqrt(change.noise_variance.sum(2))
-    noise = sigma_of(length[far]) if far.any() else float(np.median(expected))
+    length = np.sqrt(change.energy)
+    step = _step(change.weight.size)
+    expected = np.sqrt(change.noise_variance[::step, ::step].sum(2))
+    noise = sigma_of(_thinned(length[far])) if far.any() else float(np.median(expected))
     moved = max(noise, float(np.abs(drift).max()))
     differs = moved > max(START.largest_drift, START.noise_ratio * float(np.median(expected)))
     if differs:
@@ -211,10 +228,9 @@ def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, 
 
 def _elsewhere(change: Change, start: Float64, ball: float) -> float:
     """Strongest change far from the press, over the strongest within one ball radius."""
-    energy = (change.weighted**2).sum(2)
     sigma = START.blur_radii * ball
     total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), START.least_blur_weight)
-    local = cv2.GaussianBlur(energy, (0, 0), sigma) / total
+    local = cv2.GaussianBlur(change.energy, (0, 0), sigma) / total
     h, w = local.shape
     distance = np.hypot(np.arange(w) - start[0], np.arange(h)[:, None] - start[1])
     far = local[distance > START.far_radii * ball]

@@ -66,7 +66,7 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
         −1 (even) to 1 (perfectly odd).
     """
     values = change.weighted
-    energy = cv2.GaussianBlur((values**2).sum(2), (0, 0), SYMMETRY.blur_radii * ball_radius)
+    energy = cv2.GaussianBlur(change.energy, (0, 0), SYMMETRY.blur_radii * ball_radius)
     peak_y, peak_x = np.unravel_index(int(np.argmax(energy)), energy.shape)
     # Nothing outside the window counts: transforming a section is faster.
     reach = int(np.ceil(SYMMETRY.window_radii * ball_radius))
@@ -82,7 +82,7 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
     size = (2 * h, 2 * w)
     spectrum = np.fft.rfft2(values * window[..., None], size, axes=(0, 1))
     odd = np.fft.irfft2((spectrum**2).sum(2), size)
-    square = np.fft.rfft2((values**2).sum(2) * window, size)
+    square = np.fft.rfft2(change.energy[section] * window, size)
     even = np.fft.irfft2(square * np.fft.rfft2(weight * window, size), size)
     score = -odd / np.maximum(even, SYMMETRY.least_overlap * even.max() + 1e-12)
     far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)

@@ -15,12 +15,12 @@ class BandedParameters(NamedTuple):
 
     Attributes
     ----------
-    block_rows : int, rows
-        Rows of a block.
+    block : int, rows or columns
+        Size of a block along the longer side of the matrix.
         Source: chosen by hand: fast for images of 480 rows of 640 pixels.
     """
 
-    block_rows: int = 60
+    block: int = 60
 
 
 BANDED = BandedParameters()
@@ -42,9 +42,10 @@ class BandedMatrix:
     @classmethod
     def of(cls, matrix: Array) -> BandedMatrix:
         """Split a matrix (N, n)."""
-        blocks = []
-        for start in range(0, len(matrix), BANDED.block_rows):
-            rows = slice(start, min(start + BANDED.block_rows, len(matrix)))
+        blocks, count = [], len(matrix)
+        size = -(-BANDED.block * count // max(matrix.shape))
+        for start in range(0, count, size):
+            rows = slice(start, min(start + size, count))
             used = np.flatnonzero(matrix[rows].any(0))
             columns = slice(int(used.min(initial=0)), int(used.max(initial=0)) + 1)
             part = np.ascontiguousarray(matrix[rows, columns], np.float32)

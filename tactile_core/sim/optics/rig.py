@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import cv2
@@ -22,7 +23,7 @@ from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import led_arrays_of
-from tactile_core.sim.optics.quick import photographed
+from tactile_core.sim.optics.quick import StackedLights, photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
@@ -240,7 +241,9 @@ class RigOptics:
         loops = kernels.chosen(self._compiled)
         if loops is not None:
             return self._chip.send(
-                photographed(loops, shining, self._glass, mixing, self._chip, noise)
+                photographed(
+                    loops, self._lights, shining, self._glass, mixing, self._chip, noise
+                )
             )
         pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
         numbers = noise.signed.reshape(pixels.shape)
@@ -248,6 +251,10 @@ class RigOptics:
             light *= self._glass[rows]
             pixels[rows] = self._chip.read_out(_mixed(light, mixing), numbers[rows])
         return self._chip.send(pixels)
+
+    @cached_property
+    def _lights(self) -> StackedLights:
+        return StackedLights.of(self._sources)
 
     def _brightness(
         self, source: LightSource, number: int, levels: Mapping[str, float], frame: int

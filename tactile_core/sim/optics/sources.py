@@ -16,7 +16,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shadows
+from tactile_core.sim.optics.shadows import Shade, Shadows
 from tactile_core.sim.optics.surface import Surface
 
 
@@ -135,8 +135,8 @@ class Shining:
     channels: tuple[str, ...]
 
     @cached_property
-    def seen(self) -> list[Float32 | None]:
-        """Visible share (H, W) of each light; None for a light without shadows."""
+    def shades(self) -> list[Shade | None]:
+        """Where each light is hidden; None for a light without shadows."""
         if not self.sources:
             return []
         low = self.surface.reduced(self.sources[0][1].shadows.size)
@@ -170,12 +170,12 @@ class Shining:
             normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
             light = np.zeros((len(self.channels), *sky.shape), np.float32)
-            for (number, source, level), share, into in zip(
-                self.sources, self.seen, fed, strict=True
+            for (number, source, level), shade, into in zip(
+                self.sources, self.shades, fed, strict=True
             ):
                 plane = source.shading.reflect(normals, rows)
-                if share is not None:
-                    plane *= share[rows]
+                if shade is not None:
+                    shade.darken(plane, top)
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)

@@ -47,7 +47,7 @@ class BandedMatrix:
         for start in range(0, count, size):
             rows = slice(start, min(start + size, count))
             used = np.flatnonzero(matrix[rows].any(0))
-            columns = slice(int(used.min(initial=0)), int(used.max(initial=0)) + 1)
+            columns = slice(int(used[0]), int(used[-1]) + 1) if used.size else slice(0, 1)
             part = np.ascontiguousarray(matrix[rows, columns], np.float32)
             blocks.append((rows, columns, part))
         return cls(tuple(blocks))

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.sim.optics.camera import Chip, Numbers
-from tactile_core.sim.optics.shadows import Shade
 from tactile_core.sim.optics.sources import LightSource, Shining
 
 _NONE = np.zeros((0, 0), np.float32)
 _NO_FIELD = np.zeros((2, 0, 0), np.float32)
+_NO_SHADE = np.zeros((0, 0, 0), np.float32), 0, 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def photographed(
     -------
     (H, W, K) uint8 or uint16
     """
-    surface = shining.surface
+    surface, shade = shining.surface, shining.shade
     height, width = surface.relief_mm.shape
     count = len(mixing)
     pixels = np.empty((height, width * count), chip.dtype)
@@ -102,7 +102,7 @@ def photographed(
             np.array([level for _, _, level in shining.sources], np.float32),
             shining.fed,
         ),
-        _stacked(shining.shades),
+        _NO_SHADE if shade is None else (shade.seen, shade.rows.start, shade.columns.start),
         shining.ambient,
         glass,
         mixing,
@@ -112,24 +112,3 @@ def photographed(
         pixels,
     )
     return pixels.reshape(height, width, count)
-
-
-def _stacked(shades: Sequence[Shade | None]) -> tuple[Float32, int, int]:
-    """Visible share of every light in the part of the image that contains all shadows."""
-    cast = [shade for shade in shades if shade is not None]
-    if not cast:
-        return np.zeros((len(shades), 0, 0), np.float32), 0, 0
-    top, left = (min(part.start for part in sides) for sides in _sides(cast))
-    bottom, right = (max(part.stop for part in sides) for sides in _sides(cast))
-    seen = np.ones((len(shades), bottom - top, right - left), np.float32)
-    for plane, shade in zip(seen, shades, strict=True):
-        if shade is not None:
-            rows, columns = shade.rows, shade.columns
-            plane[
-                rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
-            ] = shade.seen
-    return seen, top, left
-
-
-def _sides(shades: Sequence[Shade]) -> tuple[list[slice], list[slice]]:
-    return [shade.rows for shade in shades], [shade.columns for shade in shades]

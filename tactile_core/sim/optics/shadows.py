@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -39,25 +40,25 @@ MARCHING = MarchingParameters()
 
 
 class Shade(NamedTuple):
-    """The part of an image in which one light is partly hidden.
+    """The part of an image in which lights are partly hidden.
 
     Attributes
     ----------
     rows, columns : slice
-    seen : (h, w) float32
-        Visible share of the light in these rows and columns; 1 elsewhere.
+    seen : (L, h, w) float32
+        Visible share of each light in these rows and columns; 1 elsewhere.
     """
 
     rows: slice
     columns: slice
     seen: Float32
 
-    def darken(self, plane: Float32, top: int) -> None:
-        """Darken a band of rows (h, W) of the light, in place; its first row is ``top``."""
+    def darken(self, light: int, plane: Float32, top: int) -> None:
+        """Darken a band of rows (h, W) of one light, in place; its first row is ``top``."""
         first = max(self.rows.start, top)
         last = min(self.rows.stop, top + len(plane))
         if first < last:
-            part = self.seen[first - self.rows.start : last - self.rows.start]
+            part = self.seen[light, first - self.rows.start : last - self.rows.start]
             plane[first - top : last - top, self.columns] *= part
 
 
@@ -97,48 +98,72 @@ class Shadows:
         """Columns and rows of the reduced grid."""
         return self.rise.shape[1], self.rise.shape[0]
 
-    def cast(self, low: Float32, shape: tuple[int, int]) -> Shade | None:
-        """Return where the light is hidden; None without any shadow.
-
-        Parameters
-        ----------
-        low : (h, w) float32
-            Relief above the undeformed surface in mm, on the reduced grid.
-        shape : (H, W)
-            Size of the image.
-        """
-        rows, columns = low.shape
-        relief_mm = float(low.max() - low.min())
-        lowest_rise = float(self.rise.min())
-        reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
+    def march_over(self, relief_mm: float) -> tuple[int, float]:
+        """Return the number of steps of a ray over this relief, and their length in pixels."""
+        reach_px = relief_mm / float(self.rise.min()) / self.mm_per_px
+        reach_px = min(reach_px, float(np.hypot(*self.rise.shape)))
         steps = int(np.clip(np.ceil(reach_px), 1, MARCHING.max_steps))
-        stride_px = max(reach_px / steps, 1.0)
-        least_mm = MARCHING.steepness * lowest_rise * self.mm_per_px
-        part = _near_steep(low, least_mm, int(np.ceil(steps * stride_px)) + 1)
-        if part is None:
-            return None
-        y, x = (np.ascontiguousarray(i, np.float32) for i in np.mgrid[part])
-        stride_x, stride_y = self.way[:, *part] * np.float32(stride_px)
-        stride_mm = np.float32(stride_px * self.mm_per_px)
-        ray = low[part].copy()
-        climb = self.rise[part] * stride_mm
-        hidden = np.zeros_like(ray)
-        for step in range(1, steps + 1):
-            x += stride_x
-            y += stride_y
-            ray += climb
-            above = np.asarray(
-                cv2.remap(low, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
-                np.float32,
-            )
-            above -= ray
-            # Height of the relief above the ray to the light's centre, relative to the half
-            # height of the light at this distance.
-            above *= np.float32(1 / (step * stride_mm * self.blur))
-            np.maximum(hidden, above, out=hidden)
-        if hidden.max() <= 0:
-            return None
-        return _enlarged(np.minimum(hidden, 1), part, low.shape, shape)
+        return steps, max(reach_px / steps, 1.0)
+
+
+def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Shade | None:
+    """Return where lights are hidden; None without any shadow.
+
+    Parameters
+    ----------
+    lights : sequence of Shadows
+        At least one; all on the same reduced grid.
+    low : (h, w) float32
+        Relief above the undeformed surface in mm, on that grid.
+    shape : (H, W)
+        Size of the image.
+    """
+    relief_mm, mm_per_px = float(low.max() - low.min()), lights[0].mm_per_px
+    marches = [light.march_over(relief_mm) for light in lights]
+    lowest_rise = min(float(light.rise.min()) for light in lights)
+    reach_px = max(steps * stride_px for steps, stride_px in marches)
+    part = _near_steep(
+        low, MARCHING.steepness * lowest_rise * mm_per_px, int(np.ceil(reach_px)) + 1
+    )
+    if part is None:
+        return None
+    stride_px = np.array([[[stride]] for _, stride in marches], np.float32)
+    stride_mm = stride_px * np.float32(mm_per_px)
+    # the lights are planes below each other, so that one call of OpenCV serves all
+    size = len(lights), *low[part].shape
+    stride_x, stride_y = (
+        np.stack([light.way[axis][part] for light in lights]) * stride_px for axis in range(2)
+    )
+    climb = np.stack([light.rise[part] for light in lights]) * stride_mm
+    x, y = np.meshgrid(*(np.arange(k.start, k.stop, dtype=np.float32) for k in part[::-1]))
+    x, y, ray = (np.tile(plane, (len(lights), 1, 1)) for plane in (x, y, low[part]))
+    hidden = np.zeros(size, np.float32)
+    flat = size[0] * size[1], size[2]
+    for step in range(1, max(steps for steps, _ in marches) + 1):
+        x += stride_x
+        y += stride_y
+        ray += climb
+        above = cv2.remap(
+            low,
+            x.reshape(flat),
+            y.reshape(flat),
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        ).reshape(size)
+        above -= ray
+        # Height of the relief above the ray to the light's centre, relative to the half height of
+        # the light at this distance; 0 behind the last step of a light.
+        above *= np.array(
+            [
+                [[1 / (step * float(mm) * light.blur) if step <= steps else 0.0]]
+                for light, (steps, _), mm in zip(lights, marches, stride_mm.flat, strict=True)
+            ],
+            np.float32,
+        )
+        np.maximum(hidden, above, out=hidden)
+    if hidden.max() <= 0:
+        return None
+    return _enlarged(np.minimum(hidden, 1), part, low.shape, shape)
 
 
 def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, slice] | None:
@@ -172,7 +197,7 @@ def _enlarged(
 def _touched(weights: Float32, part: slice) -> tuple[slice, Float32]:
     """Pixels that a part of the reduced grid influences, and how much each does."""
     inside = weights[:, part]
-    pixels = np.flatnonzero(inside.any(1))
+    pixels = np.flatnonzero(inside.sum(1))
     touched = slice(int(pixels[0]), int(pixels[-1]) + 1)
     return touched, inside[touched]
 

@@ -16,7 +16,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shade, Shadows
+from tactile_core.sim.optics.shadows import Shade, Shadows, cast
 from tactile_core.sim.optics.surface import Surface
 
 
@@ -135,15 +135,13 @@ class Shining:
     channels: tuple[str, ...]
 
     @cached_property
-    def shades(self) -> list[Shade | None]:
-        """Where each light is hidden; None for a light without shadows."""
+    def shade(self) -> Shade | None:
+        """Where the lights are hidden; None without any shadow."""
         if not self.sources:
-            return []
-        low = self.surface.reduced(self.sources[0][1].shadows.size)
-        if low is None:
-            return [None] * len(self.sources)
-        shape = self.surface.relief_mm.shape
-        return [source.shadows.cast(low, shape) for _, source, _ in self.sources]
+            return None
+        shadows = [source.shadows for _, source, _ in self.sources]
+        low = self.surface.reduced(shadows[0].size)
+        return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:
@@ -170,12 +168,12 @@ class Shining:
             normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
             light = np.zeros((len(self.channels), *sky.shape), np.float32)
-            for (number, source, level), shade, into in zip(
-                self.sources, self.shades, fed, strict=True
+            for index, ((number, source, level), into) in enumerate(
+                zip(self.sources, fed, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if shade is not None:
-                    shade.darken(plane, top)
+                if self.shade is not None:
+                    self.shade.darken(index, plane, top)
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)

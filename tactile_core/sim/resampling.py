@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -86,7 +87,7 @@ class ImageSampler:
             self._known = displacement_mm, np.stack(known)
         return self._known[1]
 
-    def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
+    def origins(self, displacement_mm: Array) -> Float32:
         """(2, my, mx) original row and column of the material that is now at each needed node.
 
         Parameters
@@ -95,7 +96,6 @@ class ImageSampler:
             x and y displacement of each material node.
         """
         import cv2
-        from scipy.ndimage import map_coordinates
 
         row, column = self.window.of(np.indices(self.grid.shape, np.float32))
         across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
@@ -106,13 +106,10 @@ class ImageSampler:
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        origins = np.stack([y, x]).astype(np.float64)
         for _ in range(INVERSION.exact_steps):
-            moved = [
-                map_coordinates(part, origins, order=1, mode="nearest") for part in (down, across)
-            ]
-            origins = np.stack([row - moved[0], column - moved[1]])
-        return origins
+            across_here, down_here = _linear((across, down), x, y)
+            x, y = column - across_here, row - down_here
+        return np.stack([y, x])
 
     def at_points(self, displacement_mm: Array, points_mm: NDArray[np.float64]) -> Float64:
         """(N, 2) displacement at material points (N, 2) of the surface, both x and y.
@@ -128,13 +125,13 @@ class ImageSampler:
         last = np.array(self.grid.shape[::-1]) - 1
         places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
         corner = np.minimum(places.astype(np.intp), last - 1)
-        wx, wy = _weights((places - corner).T)
+        wx, wy = np.moveaxis(_weights((places - corner).T), 1, 0)
         four = np.arange(4)
         rows, columns = corner[:, 1, None] + four, corner[:, 0, None] + four
         near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
-        return np.einsum("kpij,pi,pj->pk", near, wy, wx)
+        return np.einsum("kpij,ip,jp->pk", near, wy, wx)
 
-    def at_present(self, displacement_mm: Array, part: int, origins: Float64) -> Array:
+    def at_present(self, displacement_mm: Array, part: int, origins: Float32) -> Float32:
         """(my, mx) current displacement at the needed nodes, along x, y or z.
 
         Parameters
@@ -146,13 +143,7 @@ class ImageSampler:
         origins : (2, my, mx)
             Of :meth:`origins`.
         """
-        from scipy.ndimage import map_coordinates
-
-        last = np.array(self.grid.shape)[:, None, None] - 1
-        # the coefficients begin one node before the first
-        places = np.clip(origins, 0, last) + 1
-        known = self.coefficients(displacement_mm)[part]
-        return np.asarray(map_coordinates(known, places, order=3, prefilter=False))
+        return _cubic(self.coefficients(displacement_mm)[part], *origins)
 
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
@@ -279,11 +270,43 @@ def _solution(count: int) -> Float32:
     return np.where(abs(solution) < INVERSION.least_influence, 0, solution).astype(np.float32)
 
 
-def _weights(t: Float64) -> Float64:
-    """(..., 4) weights of the uniform cubic B-splines that are non-zero at fractions t of cells."""
+def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
+    """Weights of the four uniform cubic B-splines that are non-zero at fractions t of cells."""
     s = 1 - t
-    inner = (4 + x * x * (3 * x - 6) for x in (t, s))
-    return np.stack([s**3, *inner, t**3], -1) / 6
+    inner = [(4 + x * x * (3 * x - 6)) / 6 for x in (t, s)]
+    return s * s * s / 6, inner[0], inner[1], t * t * t / 6
+
+
+def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
+    """Nodes before places on an axis of this many nodes, and the fractions of cells after them."""
+    inside = np.clip(places, 0, size - 1)
+    first = np.minimum(inside.astype(np.intp), size - 2)
+    return first, inside - first.astype(np.float32)
+
+
+def _linear(fields: Sequence[Float32], x: Float32, y: Float32) -> list[Float32]:
+    """Fields (ny, nx) at places in nodes, linear between the nodes and constant beyond."""
+    rows, columns = fields[0].shape
+    (i, b), (j, a) = _cells(y, rows), _cells(x, columns)
+    place, found = i * columns + j, []
+    for field in fields:
+        nodes = field.ravel()
+        nw, ne, sw, se = (nodes.take(place + k) for k in (0, 1, columns, columns + 1))
+        above = nw + a * (ne - nw)
+        found.append(above + b * (sw + a * (se - sw) - above))
+    return found
+
+
+def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
+    """Cubic spline of coefficients (ny + 2, nx + 2) at places in nodes, constant beyond."""
+    rows, columns = coefficients.shape
+    (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
+    place, nodes, total = i * columns + j, coefficients.ravel(), np.zeros_like(row)
+    across = _weights(a)
+    for down, weight in enumerate(_weights(b)):
+        line = sum(w * nodes.take(place + (down * columns + k)) for k, w in enumerate(across))
+        total += weight * line
+    return total
 
 
 def _needed(nodes: Array, targets: Array) -> slice:

@@ -114,9 +114,9 @@ class TrueState:
         return np.stack([self._sampler.values(part) for part in self._origins])
 
     @cached_property
-    def _origins(self) -> NDArray[Any]:
+    def _origins(self) -> Float32:
         return self._sampler.origins(self._state.displacement_mm[:2])
 
     @cached_property
-    def _height_now(self) -> NDArray[Any]:
+    def _height_now(self) -> Float32:
         return self._sampler.at_present(self._state.displacement_mm, 2, self._origins)

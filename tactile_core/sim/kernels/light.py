@@ -69,10 +69,9 @@ def _normals(relief_mm: Float32, rest: Float32, half: Any, row: int, out: Float3
 def _lit(
     x: Float32, y: Float32, z: Float32, a: Float32, b: Float32, c: Float32, square: Any, out: Any
 ) -> None:
-    half = np.float32(0.5)
     for j in range(out.size):
         cosine = x[j] * a[j] + y[j] * b[j] + z[j] * c[j]
-        out[j] = half * (cosine + np.sqrt(cosine * cosine + square))
+        out[j] = cosine + np.sqrt(cosine * cosine + square)
 
 
 @njit(**ROW)
@@ -140,35 +139,26 @@ def _dim(up: Float32, ambient: Any, printed: Float32, glass: Float32, row: Float
 
 
 @njit(**ROW)
-def _mix(a: Float32, b: Float32, c: Float32, m: Float32, out: Float32) -> None:
-    """Mix three colours and interleave them."""
-    for j in range(a.size):
-        out[3 * j] = a[j] * m[0, 0] + b[j] * m[0, 1] + c[j] * m[0, 2]
-        out[3 * j + 1] = a[j] * m[1, 0] + b[j] * m[1, 1] + c[j] * m[1, 2]
-        out[3 * j + 2] = a[j] * m[2, 0] + b[j] * m[2, 1] + c[j] * m[2, 2]
-
-
-@njit(**ROW)
-def _amplify(row: Float32, gain: Any, out: Float32) -> None:
+def _add_share(row: Float32, share: Any, out: Float32) -> None:
     for j in range(row.size):
-        out[j] = row[j] * gain
+        out[j] += row[j] * share
 
 
 @njit(**EXACT_ROW)
 def _levels(
-    light: Float32, noise: Float32, sign: Any, well: Any, read: Any, most: Any, out: Any
+    light: Float32, noise: Any, scale: Any, well: Any, read: Any, most: Any, out: Any
 ) -> None:
     zero, half = np.float32(0), np.float32(0.5)
     for j in range(out.size):
         spread = np.sqrt(max(light[j], zero) * well + read)
-        level = (spread * (sign * noise[j]) + light[j]) * most + half
+        level = (spread * (np.float32(noise[j]) * scale) + light[j]) * most + half
         out[j] = np.int32(min(max(level, zero), most))
 
 
 @njit(**EXACT_ROW)
-def _coded(levels: Any, table: Any, out: Any) -> None:
+def _coded(levels: Any, table: Any, first: Any, count: Any, out: Any) -> None:
     for j in range(levels.size):
-        out[j] = table[levels[j]]
+        out[j * count + first] = table[levels[j]]
 
 
 @njit(**LOOP)
@@ -180,7 +170,7 @@ def photograph(
     ambient: Float32,
     glass: Float32,
     mixing: Float32,
-    noise: tuple[Float32, float],
+    noise: tuple[Any, float],
     electrons: tuple[float, float],
     table: Any,
     pixels: Any,
@@ -204,9 +194,8 @@ def photograph(
     glass : (H, W) float32
         Transmission of the lens.
     mixing : (K, K) float32
-        K is 1 or 3.
-    noise : (H, W K) float32 and float
-        Standard normal samples, and their sign.
+    noise : (K, H, W) int8 and float
+        Standard normal samples, and their unit with their sign.
     electrons : (float, float)
         Noise variance at full light (shot noise) and without light (read noise), relative to full
         scale.
@@ -219,7 +208,8 @@ def photograph(
     toward, lobe, peak, blur = lights
     numbers, levels, fed = lit
     seen, top, left = shade
-    samples, sign = noise
+    samples = noise[0]
+    scale, most = np.float32(noise[1]), np.float32(table.size - 1)
     rows, columns = relief_mm.shape
     count = len(ambient)
     half = np.float32(0.5 / mm_per_px)
@@ -230,8 +220,7 @@ def photograph(
     power = np.empty(columns, np.int32)
     light = np.empty((count, columns), np.float32)
     bare = np.ones(columns, np.float32)
-    every = np.empty(columns * count, np.float32)
-    coded = np.empty(columns * count, np.int32)
+    mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.int32)
     for row in range(rows):
         _normals(relief_mm, rest, half, row, facing)
         x, y, z = facing[0], facing[1], facing[2]
@@ -255,11 +244,9 @@ def photograph(
         for channel in range(count):
             covered = printed[row] if printed.size else bare
             _dim(z, ambient[channel], covered, glass[row], light[channel])
-        if count == 3:
-            _mix(light[0], light[1], light[2], mixing, every)
-        else:
-            _amplify(light[0], mixing[0, 0], every)
-        # one long loop over all channels, rather than one with gaps for each
-        most = np.float32(table.size - 1)
-        _levels(every, samples[row], np.float32(sign), well, read, most, coded)
-        _coded(coded, table, pixels[row])
+        for channel in range(count):
+            mixed[:] = 0
+            for other in range(count):
+                _add_share(light[other], mixing[channel, other], mixed)
+            _levels(mixed, samples[channel, row], scale, well, read, most, levels_of)
+            _coded(levels_of, table, channel, count, pixels[row])

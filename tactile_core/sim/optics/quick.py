@@ -106,7 +106,7 @@ def photographed(
         shining.ambient,
         glass,
         mixing,
-        (noise.values.reshape(pixels.shape), noise.sign),
+        (noise.steps.reshape(count, height, width), noise.scale),
         (1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2),
         chip.table,
         pixels,

@@ -246,10 +246,11 @@ class RigOptics:
                 )
             )
         pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
-        numbers = noise.signed.reshape(pixels.shape)
-        for rows, light in shining.bands():
-            light *= self._glass[rows]
-            pixels[rows] = self._chip.read_out(_mixed(light, mixing), numbers[rows])
+        numbers = noise.values.reshape(-1, *self._shape)
+        for rows, light in shining.bands(self._glass):
+            mixed = (mixing @ light.reshape(len(light), -1)).reshape(light.shape)
+            coded = self._chip.read_out(mixed, numbers[:, rows])
+            cv2.merge([*coded], dst=pixels[rows])
         return self._chip.send(pixels)
 
     @cached_property
@@ -295,10 +296,3 @@ class RigOptics:
         if not np.isfinite(array.sum()):
             raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
-
-
-def _mixed(light: Float32, mixing: Float32) -> Float32:
-    """(h, W, K) linear combinations of (K, h, W) light."""
-    if len(light) == 1:
-        return np.asarray((light[0] * mixing[0, 0])[..., None], np.float32)
-    return np.asarray(cv2.transform(cv2.merge([*light]), mixing), np.float32)

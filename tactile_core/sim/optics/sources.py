@@ -38,7 +38,7 @@ class SourceParameters(NamedTuple):
 
     view_diagonals: float = 1.5
     min_brightness: float = 0.1
-    band_px: int = 64
+    band_px: int = 32
 
 
 SOURCES = SourceParameters()
@@ -160,14 +160,20 @@ class Shining:
         each = np.array([level * source.ambient for _, source, level in self.sources])
         return np.asarray(each @ self.fed, np.float32)
 
-    def bands(self) -> Iterator[tuple[slice, Float32]]:
-        """Yield bands of rows, and the (K, h, W) light that they send to the camera."""
+    def bands(self, glass: Float32 | None = None) -> Iterator[tuple[slice, Float32]]:
+        """Yield bands of rows, and the (K, h, W) light that they send to the camera.
+
+        Parameters
+        ----------
+        glass : (H, W) float32, optional
+            Transmission of the lens. Default: 1.
+        """
         surface, fed, ambient = self.surface, self.fed, self.ambient
         for top in range(0, len(surface.relief_mm), SOURCES.band_px):
             rows = slice(top, top + SOURCES.band_px)
             normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
-            light = np.zeros((len(self.channels), *sky.shape), np.float32)
+            light = ambient[:, None, None] * sky
             for index, ((number, source, level), into) in enumerate(
                 zip(self.sources, fed, strict=True)
             ):
@@ -179,10 +185,9 @@ class Shining:
                     plane *= np.float32(level)
                 for fed_one in np.flatnonzero(into):
                     light[fed_one] += plane
-            for channel, everywhere in enumerate(ambient):
-                light[channel] += sky * everywhere
-            if surface.reflectance is not None:
-                light *= surface.reflectance[rows]
+            for dimming in (surface.reflectance, glass):
+                if dimming is not None:
+                    light *= dimming[rows]
             yield rows, light
 
 

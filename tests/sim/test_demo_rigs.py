@@ -34,11 +34,14 @@ def small(name: str) -> Profile:
 
 
 def test_two_processes_give_the_results_of_one() -> None:
-    profiles = [small(name) for name in ("baxter_fingertip", "hex_fingertip")]
+    first = small("baxter_fingertip")
+    profiles = [first, first.model_copy(update={"description": "another"})]
     shares = Shares()
-    alone = demonstrate_rigs(profiles, Silent(), processes=1)
-    assert demonstrate_rigs(profiles, shares, processes=2) == alone
-    assert [rows[0].rig for rows, _ in alone] == [profile.name for profile in profiles]
+    found = demonstrate_rigs(profiles, shares, processes=2)
+    assert found[:1] == demonstrate_rigs(profiles[:1], Silent(), processes=2)
+    for profile, (rows, parts) in zip(profiles, found, strict=True):
+        assert rows == found[0][0]
+        assert profile.description in parts[0]
     assert shares.reported == sorted(shares.reported)
     assert shares.reported[-1] == 1
 

@@ -19,7 +19,8 @@ def demo(
     """Calibrate every shipped sensor virtually, measure presses and write report.html."""
     from tactile_core.cli.progress import Bar
     from tactile_core.errors import ProfileError
-    from tactile_core.evaluation.demo import demonstrate
+    from tactile_core.evaluation.demo_rigs import demonstrate_rigs
+    from tactile_core.evaluation.timing.machine import available_cores
     from tactile_core.formats.files import write_atomically
     from tactile_core.profiles.loader import list_rigs, load_profile
     from tactile_core.recordings.output_folder import REPORT, OutputFolder
@@ -27,17 +28,16 @@ def demo(
 
     results = OutputFolder(out)
     results.check([REPORT])
-    rows, parts = [], []
+    profiles = []
     for entry in list_rigs():
         try:
-            profile = load_profile(entry.name)
+            profiles.append(load_profile(entry.name))
         except ProfileError as error:
             print_message(f"skipped {entry.name}: {error}")
-            continue
-        with Bar() as progress:
-            measured, figures = demonstrate(profile, progress)
-        rows += measured
-        parts += figures
+    with Bar() as progress:
+        found = demonstrate_rigs(profiles, progress, processes=available_cores())
+    rows = [row for measured, _ in found for row in measured]
+    parts = [part for _, figures in found for part in figures]
     header = ["rig", "press", "normal error", "height error", "depth", "measured", "ratio"]
     cells = [
         (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -142,7 +142,14 @@ _OBJECTS = (
 )
 
 
-def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], list[str]]:
+Demonstration = tuple[list[DemoRow], list[str]]
+"""Figures of one rig, and HTML for the report."""
+
+STAGES = 2 + len(_OBJECTS)
+"""Stages of :func:`demonstration`: the calibration, each object, and a ball that slips."""
+
+
+def demonstrate(profile: Profile, progress: Progress) -> Demonstration:
     """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
 
     Returns
@@ -151,9 +158,19 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], li
     parts : list of str
         HTML for the report.
     """
+    *_, result = demonstration(profile, progress)
+    assert result is not None
+    return result
+
+
+def demonstration(
+    profile: Profile, progress: Progress
+) -> Generator[Demonstration | None, None, None]:
+    """Demonstrate one rig in :data:`STAGES` stages; the last one yields the result."""
     # a dozen frames do not make up for the time that kernels take to load
     stage, ball_mm = VirtualStage(profile, compiled=False), _ball_mm(profile)
     bundle, summary = _calibrated(profile, stage, ball_mm, progress)
+    yield None
     pipeline = Pipeline(profile, bundle, compiled=False)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
@@ -161,7 +178,8 @@ def demonstrate(profile: Profile, progress: Progress) -> tuple[list[DemoRow], li
         row, figures = _measured(stage, pipeline, pressed.label)
         rows.append(row)
         parts.append(html.row(figures))
-    return rows, [*parts, *_sheared(stage, ball_mm)]
+        yield None
+    yield rows, [*parts, *_sheared(stage, ball_mm)]
 
 
 def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> Bundle:

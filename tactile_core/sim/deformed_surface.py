@@ -78,7 +78,7 @@ class DeformedSurface:
         (N, 2) float64
         """
         points = np.array(points_mm, np.float64).reshape(-1, 2)
-        return points + self._sampler.at_points(self._state.displacement_mm[:2], points)
+        return points + self._sampler.at_points(self._state.displacement_mm, points)
 
     def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
         """Return the current image positions of points of the gel surface.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -9,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Array, Float32
+from tactile_core.algorithms.arrays.types import Array, Float32, Float64
 from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.sim.banded import BandedMatrix
 from tactile_core.sim.window import Window
 
 
@@ -29,11 +31,15 @@ class InversionParameters(NamedTuple):
         Nodes beyond the border of the image that the splines use.
         Source: the influence of a node on a cubic spline falls by 2 − √3 from node to node, so
         that of the next one is 1e-7.
+    least_influence : float, ratio
+        A node whose influence on a coefficient is smaller is left out.
+        Source: an eighth of the precision of float32, which is 6e-8.
     """
 
     rough_steps: int = 4
     exact_steps: int = 2
     margin_nodes: int = 12
+    least_influence: float = 7e-9
 
 
 INVERSION = InversionParameters()
@@ -62,11 +68,26 @@ class ImageSampler:
         rows, columns = _needed(grid.y_mm, y), _needed(grid.x_mm, x)
         self.window = Window(rows, columns)
         self._along = (grid.y_mm[rows], y), (grid.x_mm[columns], x)
-        (self._rows, self._row_slopes), (self._columns, self._column_slopes) = (
-            spline_matrices(nodes, targets) for nodes, targets in self._along
-        )
+        self._known: tuple[Array, Float32] | None = None
 
-    def origins(self, displacement_mm: Array) -> NDArray[np.float64]:
+    def coefficients(self, displacement_mm: Array) -> Float32:
+        """(3, ny + 2, nx + 2) coefficients of uniform cubic B-splines on all nodes.
+
+        They are kept until another displacement is asked for.
+
+        Parameters
+        ----------
+        displacement_mm : (3, ny, nx)
+            x, y and indentation of each material node.
+        """
+        if self._known is None or self._known[0] is not displacement_mm:
+            every_row, every_column = self._solutions
+            moved = np.asarray(displacement_mm, np.float32)
+            known = [every_row.times(every_column.times(part.T).T) for part in moved]
+            self._known = displacement_mm, np.stack(known)
+        return self._known[1]
+
+    def origins(self, displacement_mm: Array) -> Float32:
         """(2, my, mx) original row and column of the material that is now at each needed node.
 
         Parameters
@@ -75,7 +96,6 @@ class ImageSampler:
             x and y displacement of each material node.
         """
         import cv2
-        from scipy.ndimage import map_coordinates
 
         row, column = self.window.of(np.indices(self.grid.shape, np.float32))
         across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
@@ -86,44 +106,58 @@ class ImageSampler:
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        origins = np.stack([y, x]).astype(np.float64)
         for _ in range(INVERSION.exact_steps):
-            moved = [
-                map_coordinates(part, origins, order=1, mode="nearest") for part in (down, across)
-            ]
-            origins = np.stack([row - moved[0], column - moved[1]])
-        return origins
+            across_here, down_here = _linear((across, down), x, y)
+            x, y = column - across_here, row - down_here
+        return np.stack([y, x])
 
-    def at_points(self, fields: Array, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N, K) values of fields (K, ny, nx) at material points (N, 2) of the surface."""
-        from scipy.ndimage import map_coordinates
+    def at_points(self, displacement_mm: Array, points_mm: NDArray[np.float64]) -> Float64:
+        """(N, 2) displacement at material points (N, 2) of the surface, both x and y.
 
-        if not len(points_mm):
-            return np.zeros((0, len(fields)))
+        Parameters
+        ----------
+        displacement_mm : (3, ny, nx)
+            x, y and indentation of each material node.
+        points_mm : (N, 2)
+            On the undeformed surface.
+        """
         first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
-        column, row = ((points_mm - first) / self.grid.spacing_mm).T
-        values = [
-            map_coordinates(field.astype(np.float64), [row, column], order=3, mode="nearest")
-            for field in fields
-        ]
-        return np.stack(values, 1)
+        last = np.array(self.grid.shape[::-1]) - 1
+        places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
+        corner = np.minimum(places.astype(np.intp), last - 1)
+        wx, wy = np.moveaxis(_weights((places - corner).T), 1, 0)
+        four = np.arange(4)
+        rows, columns = corner[:, 1, None] + four, corner[:, 0, None] + four
+        near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
+        return np.einsum("kpij,ip,jp->pk", near, wy, wx)
 
-    def at_present(self, field: Array, origins: NDArray[np.float64]) -> Array:
-        """(my, mx) current values at the needed nodes, of a field (ny, nx) that moved with them."""
-        from scipy.ndimage import map_coordinates
+    def at_present(self, displacement_mm: Array, part: int, origins: Float32) -> Float32:
+        """(my, mx) current displacement at the needed nodes, along x, y or z.
 
-        return np.asarray(map_coordinates(field, origins, order=3, mode="nearest"))
+        Parameters
+        ----------
+        displacement_mm : (3, ny, nx)
+            x, y and indentation of each material node.
+        part : int
+            Which of the three.
+        origins : (2, my, mx)
+            Of :meth:`origins`.
+        """
+        return _cubic(self.coefficients(displacement_mm)[part], *origins)
 
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
-        return np.asarray(self._rows @ (np.asarray(field, np.float32) @ self._columns.T))
+        rows, columns = self._splines
+        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
+        return rows.values.times(known @ columns.values_across)
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
-        nodes = np.asarray(field, np.float32)
+        rows, columns = self._splines
+        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
         along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
-        np.matmul(self._rows, nodes @ self._column_slopes.T, out=along[0])
-        np.matmul(self._row_slopes, nodes @ self._columns.T, out=along[1])
+        along[0] = rows.values.times(known @ columns.slopes_across)
+        along[1] = rows.slopes.times(known @ columns.values_across)
         return np.moveaxis(along, 0, 2)
 
     def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
@@ -141,21 +175,17 @@ class ImageSampler:
         height_mm : (H, W) float32
         displacement_mm : (H, W, 2) float32
         """
-        moved = np.ascontiguousarray(displacement_mm, np.float32)
         rows, columns = self._splines
-        every_row, every_column = self._solutions
         now = np.empty((3, *self.window.shape), np.float32)
         compiled.at_present(
-            moved[:2] / np.float32(self.grid.spacing_mm),
-            every_row @ moved @ every_column.T,
+            np.asarray(displacement_mm[:2], np.float32) / np.float32(self.grid.spacing_mm),
+            self.coefficients(displacement_mm),
             (self.window.rows.start, self.window.columns.start),
             now,
         )
         images = np.empty((3, *self.shape), np.float32)
-        for coefficients, image in zip(
-            rows.solution @ now @ columns.solution.T, images, strict=True
-        ):
-            compiled.values(coefficients, rows.tables, columns.tables, image)
+        for known, image in zip(rows.solution @ now @ columns.solution.T, images, strict=True):
+            compiled.values(known, rows.tables, columns.tables, image)
         return images[2], np.moveaxis(images[:2], 0, 2)
 
     @cached_property
@@ -164,9 +194,10 @@ class ImageSampler:
         return _BSplines.of(*rows), _BSplines.of(*columns)
 
     @cached_property
-    def _solutions(self) -> tuple[Float32, Float32]:
+    def _solutions(self) -> tuple[BandedMatrix, BandedMatrix]:
         """Matrices from values at all nodes to coefficients, along y and x."""
-        return _solution(self.grid.ny), _solution(self.grid.nx)
+        rows, columns = (BandedMatrix.of(_solution(count)) for count in self.grid.shape)
+        return rows, columns
 
     def mask(self, nodes: NDArray[np.bool_], places: Float32) -> NDArray[np.bool_]:
         """(H, W) current mask at the pixels, of a mask (ny, nx) that moved with the surface.
@@ -184,30 +215,47 @@ class ImageSampler:
 
 
 class _BSplines(NamedTuple):
-    """The spline of :func:`spline_matrices` as a sum of uniform cubic B-splines, one per node.
+    """Cubic spline through values at nodes, as a sum of uniform cubic B-splines, one per node.
 
     Attributes
     ----------
     solution : (n + 2, n) float32
         Matrix from values at the nodes to coefficients.
+    values, slopes : BandedMatrix
+        From coefficients to the values at N target positions, and to their derivatives.
+    values_across, slopes_across : (n + 2, N) float32
+        The same, transposed.
     tables : (N,) int64 and (4, N) float32
         For each target position, the index of the first of its four coefficients, and their
         weights.
     """
 
     solution: Float32
+    values: BandedMatrix
+    slopes: BandedMatrix
+    values_across: Float32
+    slopes_across: Float32
     tables: tuple[NDArray[np.int64], Float32]
 
     @classmethod
     def of(cls, nodes: Array, targets: Array) -> _BSplines:
         from scipy.interpolate import BSpline
 
-        count = len(nodes)
-        position = (targets - nodes[0]) / (nodes[1] - nodes[0])
-        weights = BSpline.design_matrix(position, np.arange(-3.0, count + 3), 3, extrapolate=True)
+        count, spacing = len(nodes), nodes[1] - nodes[0]
+        position, knots = (targets - nodes[0]) / spacing, np.arange(-3.0, count + 3)
+        weights = BSpline.design_matrix(position, knots, 3, extrapolate=True)
         first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
-        return cls(_solution(count), (first, four))
+        values = weights.toarray()
+        slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
+        return cls(
+            _solution(count),
+            BandedMatrix.of(values),
+            BandedMatrix.of(slopes),
+            np.asarray(values.T, np.float32),
+            np.asarray(slopes.T, np.float32),
+            (first, four),
+        )
 
 
 def _solution(count: int) -> Float32:
@@ -217,7 +265,48 @@ def _solution(count: int) -> Float32:
     spline = make_interp_spline(np.arange(count), np.eye(count), k=3)
     # the coefficient of a uniform cubic B-spline is the value minus a sixth of the curvature
     centres = np.arange(-1, count + 1)
-    return np.asarray(spline(centres) - spline.derivative(2)(centres) / 6, np.float32)
+    solution = spline(centres) - spline.derivative(2)(centres) / 6
+    # the influence of distant nodes is below the precision of float32
+    return np.where(abs(solution) < INVERSION.least_influence, 0, solution).astype(np.float32)
+
+
+def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
+    """Weights of the four uniform cubic B-splines that are non-zero at fractions t of cells."""
+    s = 1 - t
+    inner = [(4 + x * x * (3 * x - 6)) / 6 for x in (t, s)]
+    return s * s * s / 6, inner[0], inner[1], t * t * t / 6
+
+
+def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
+    """Nodes before places on an axis of this many nodes, and the fractions of cells after them."""
+    inside = np.clip(places, 0, size - 1)
+    first = np.minimum(inside.astype(np.intp), size - 2)
+    return first, inside - first.astype(np.float32)
+
+
+def _linear(fields: Sequence[Float32], x: Float32, y: Float32) -> list[Float32]:
+    """Fields (ny, nx) at places in nodes, linear between the nodes and constant beyond."""
+    rows, columns = fields[0].shape
+    (i, b), (j, a) = _cells(y, rows), _cells(x, columns)
+    place, found = i * columns + j, []
+    for field in fields:
+        nodes = field.ravel()
+        nw, ne, sw, se = (nodes.take(place + k) for k in (0, 1, columns, columns + 1))
+        above = nw + a * (ne - nw)
+        found.append(above + b * (sw + a * (se - sw) - above))
+    return found
+
+
+def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
+    """Cubic spline of coefficients (ny + 2, nx + 2) at places in nodes, constant beyond."""
+    rows, columns = coefficients.shape
+    (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
+    place, nodes, total = i * columns + j, coefficients.ravel(), np.zeros_like(row)
+    across = _weights(a)
+    for down, weight in enumerate(_weights(b)):
+        line = sum(w * nodes.take(place + (down * columns + k)) for k, w in enumerate(across))
+        total += weight * line
+    return total
 
 
 def _needed(nodes: Array, targets: Array) -> slice:

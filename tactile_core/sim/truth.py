@@ -82,8 +82,8 @@ class TrueState:
     @cached_property
     def displacement_mm(self) -> Float32:
         """(H, W, 2) displacement from the undeformed surface: +x right, +y down."""
-        moved = self._state.displacement_mm[:2]
-        now = [self._sampler.at_present(part, self._origins) for part in moved]
+        moved, origins = self._state.displacement_mm, self._origins
+        now = [self._sampler.at_present(moved, part, origins) for part in range(2)]
         return np.moveaxis(np.stack([self._sampler.values(part) for part in now]), 0, 2)
 
     @cached_property
@@ -114,9 +114,9 @@ class TrueState:
         return np.stack([self._sampler.values(part) for part in self._origins])
 
     @cached_property
-    def _origins(self) -> NDArray[Any]:
+    def _origins(self) -> Float32:
         return self._sampler.origins(self._state.displacement_mm[:2])
 
     @cached_property
-    def _height_now(self) -> NDArray[Any]:
-        return self._sampler.at_present(self._state.displacement_mm[2], self._origins)
+    def _height_now(self) -> Float32:
+        return self._sampler.at_present(self._state.displacement_mm, 2, self._origins)

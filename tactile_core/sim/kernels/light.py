@@ -1,7 +1,7 @@
 """Kernels of :mod:`tactile_core.sim.optics`: from the relief of the gel surface to pixel values.
 
-Each call processes a band of rows. Buffers have the size of the band, images that of the whole
-frame. An array without rows stands for an absent image.
+Every row passes through all steps at once: its buffers fit into the processor's first cache. An
+array without rows stands for an absent image.
 """
 
 from __future__ import annotations
@@ -52,44 +52,26 @@ def _unit(x: Float32, y: Float32, z: Float32) -> None:
 
 
 @njit(**LOOP)
-def normals(relief_mm: Float32, rest: Float32, mm_per_px: float, top: int, out: Float32) -> None:
-    """Unit normals of a band.
-
-    Parameters
-    ----------
-    relief_mm : (H, W) float32
-        At least 2 × 2.
-    rest : (2, H, W) or (2, 0, 0) float32
-        Slopes of the undeformed surface.
-    mm_per_px : float
-    top : int
-        First row of the band.
-    out : (3, h, W) float32
-        Overwritten.
-    """
-    half = np.float32(0.5 / mm_per_px)
-    last = len(relief_mm) - 1
-    for i in range(out.shape[1]):
-        row = top + i
-        above, below = max(row - 1, 0), min(row + 1, last)
-        scale = half if below - above == 2 else half + half
-        x, y, z = out[0, i], out[1, i], out[2, i]
-        _across(relief_mm[row], half, x)
-        _down(relief_mm[above], relief_mm[below], scale, y)
-        if rest.size:
-            _add(rest[0, row], x)
-            _add(rest[1, row], y)
-        _unit(x, y, z)
+def _normals(relief_mm: Float32, rest: Float32, half: Any, row: int, out: Float32) -> None:
+    """Unit normals (3, W) of one row; ``half`` is half a pixel per mm."""
+    above, below = max(row - 1, 0), min(row + 1, len(relief_mm) - 1)
+    scale = half if below - above == 2 else half + half
+    x, y, z = out[0], out[1], out[2]
+    _across(relief_mm[row], half, x)
+    _down(relief_mm[above], relief_mm[below], scale, y)
+    if rest.size:
+        _add(rest[0, row], x)
+        _add(rest[1, row], y)
+    _unit(x, y, z)
 
 
 @njit(**ROW)
 def _lit(
     x: Float32, y: Float32, z: Float32, a: Float32, b: Float32, c: Float32, square: Any, out: Any
 ) -> None:
-    half = np.float32(0.5)
     for j in range(out.size):
         cosine = x[j] * a[j] + y[j] * b[j] + z[j] * c[j]
-        out[j] = half * (cosine + np.sqrt(cosine * cosine + square))
+        out[j] = cosine + np.sqrt(cosine * cosine + square)
 
 
 @njit(**ROW)
@@ -133,74 +115,27 @@ def _scale(by: Float32, row: Float32) -> None:
 
 
 @njit(**ROW)
-def _scale_by_every(grain: Float32, number: Any, count: Any, level: Any, row: Float32) -> None:
+def _add_textured(row: Float32, grain: Float32, level: Any, out: Float32) -> None:
     for j in range(row.size):
-        row[j] *= grain[j * count + number] * level
-
-
-@njit(**LOOP)
-def add_light(
-    facing: Float32,
-    toward: Float32,
-    lobe: Float32,
-    peak: Float32,
-    blur: float,
-    seen: Float32,
-    grain: tuple[Float32, int],
-    level: float,
-    fed: Any,
-    top: int,
-    light: Float32,
-) -> None:
-    """Add the reflection of one light to a band.
-
-    Parameters
-    ----------
-    facing : (3, h, W) float32
-        Normals of the band.
-    toward, lobe, peak, blur
-        As in :class:`~tactile_core.sim.optics.coating.Shading`.
-    seen : (H, W) or (0, 0) float32
-        Visible share of the light at each pixel (1 minus shadow).
-    grain : (H, W, C) float32 and int
-        Textures, and the index of this light's.
-    level : float
-        Brightness.
-    fed : (K,) bool
-        Channels that receive this light.
-    top : int
-        First row of the band.
-    light : (K, h, W) float32
-        Incremented.
-    """
-    textures, number = grain
-    rows, columns = facing.shape[1:]
-    count = textures.shape[2]
-    plane, left = np.empty(columns, np.float32), np.empty(columns, np.float32)
-    power = np.empty(columns, np.int32)
-    square = np.float32(blur * blur)
-    for i in range(rows):
-        row = top + i
-        x, y, z = facing[0, i], facing[1, i], facing[2, i]
-        _lit(x, y, z, toward[0, row], toward[1, row], toward[2, row], square, plane)
-        if peak.size:
-            _power(x, y, z, lobe[0, row], lobe[1, row], lobe[2, row], peak[row], left, power)
-            _add_exponential(left, power.view(np.float32), plane)
-        if seen.size:
-            _scale(seen[row], plane)
-        _scale_by_every(
-            textures[row].reshape(columns * count), number, count, np.float32(level), plane
-        )
-        for channel in range(len(fed)):
-            if fed[channel]:
-                _add(plane, light[channel, i])
+        out[j] += row[j] * (grain[j] * level)
 
 
 @njit(**ROW)
-def _add_sky(up: Float32, ambient: Any, row: Float32) -> None:
+def _apart(every: Float32, a: Float32, b: Float32, c: Float32, d: Float32) -> None:
+    """Split four interleaved textures."""
+    for j in range(a.size):
+        a[j] = every[4 * j]
+        b[j] = every[4 * j + 1]
+        c[j] = every[4 * j + 2]
+        d[j] = every[4 * j + 3]
+
+
+@njit(**ROW)
+def _dim(up: Float32, ambient: Any, printed: Float32, glass: Float32, row: Float32) -> None:
+    """Add the ambient light, and absorb in the print and in the lens."""
     half = np.float32(0.5)
     for j in range(row.size):
-        row[j] += (half * up[j] + half) * ambient
+        row[j] = (row[j] + (half * up[j] + half) * ambient) * printed[j] * glass[j]
 
 
 @njit(**ROW)
@@ -209,85 +144,109 @@ def _add_share(row: Float32, share: Any, out: Float32) -> None:
         out[j] += row[j] * share
 
 
-@njit(**ROW)
-def _interleave(row: Float32, first: Any, count: Any, out: Float32) -> None:
-    for j in range(row.size):
-        out[j * count + first] = row[j]
-
-
 @njit(**EXACT_ROW)
 def _levels(
-    light: Float32, noise: Float32, sign: Any, well: Any, read: Any, most: Any, out: Any
+    light: Float32, noise: Any, scale: Any, well: Any, read: Any, most: Any, out: Any
 ) -> None:
     zero, half = np.float32(0), np.float32(0.5)
     for j in range(out.size):
         spread = np.sqrt(max(light[j], zero) * well + read)
-        level = (spread * (sign * noise[j]) + light[j]) * most + half
+        level = (spread * (np.float32(noise[j]) * scale) + light[j]) * most + half
         out[j] = np.int32(min(max(level, zero), most))
 
 
 @njit(**EXACT_ROW)
-def _coded(levels: Any, table: Any, out: Any) -> None:
+def _coded(levels: Any, table: Any, first: Any, count: Any, out: Any) -> None:
     for j in range(levels.size):
-        out[j] = table[levels[j]]
+        out[j * count + first] = table[levels[j]]
 
 
 @njit(**LOOP)
-def read_out(
-    light: Float32,
-    up: Float32,
+def photograph(
+    surface: tuple[Float32, Float32, Float32, Float32, float],
+    lights: tuple[Float32, Float32, Float32, Float32],
+    lit: tuple[Any, Float32, Any],
+    shade: tuple[Float32, int, int],
     ambient: Float32,
-    dimming: tuple[Float32, Float32],
+    glass: Float32,
     mixing: Float32,
-    noise: tuple[Float32, float],
+    noise: tuple[Any, float],
     electrons: tuple[float, float],
     table: Any,
-    top: int,
     pixels: Any,
 ) -> None:
-    """Convert a band's light to pixel values.
+    """Take one exposure.
 
     Parameters
     ----------
-    light : (K, h, W) float32
-        Reflection of all lights; overwritten.
-    up : (h, W) float32
-        Third component of the normals.
+    surface : relief_mm, rest, textures, printed, mm_per_px
+        (H, W) relief, at least 2 × 2; (2, H, W) or (2, 0, 0) slopes of the undeformed surface;
+        (T, H, W, 4) textures of four lights each; (H, W) or (0, 0) reflectance of the print.
+    lights : toward, lobe, peak, blur
+        As in :class:`~tactile_core.sim.optics.coating.Shading`, of S lights: (S, 3, H, W),
+        (S, 3, H, W) or (S, 3, 0, 0), (S, H, W) or (S, 0, 0), and (S,).
+    lit : numbers, levels, fed
+        Of the L lights that are on: (L,) int indices, (L,) float32 brightness, and (L, K) bool
+        channels that receive them.
+    shade : seen, top, left
+        (L, h, w) visible share of each light in a part of the image, and its first row and column.
     ambient : (K,) float32
-    dimming : (H, W) float32 and (H, W) or (0, 0) float32
-        Transmission of the lens, and reflectance of the printed surface.
+    glass : (H, W) float32
+        Transmission of the lens.
     mixing : (K, K) float32
-    noise : (H, W K) float32 and float
-        Standard normal samples, and their sign.
+    noise : (K, H, W) int8 and float
+        Standard normal samples, and their unit with their sign.
     electrons : (float, float)
         Noise variance at full light (shot noise) and without light (read noise), relative to full
         scale.
-    table : (L,) uint8 or uint16
-        Pixel value of each of L light levels.
-    top : int
-        First row of the band.
+    table : (V,) uint8 or uint16
+        Pixel value of each of V light levels.
     pixels : (H, W K) uint8 or uint16
-        Overwritten in the band.
+        Overwritten.
     """
-    glass, covered = dimming
-    numbers, sign = noise
-    count, rows, columns = light.shape
+    relief_mm, rest, textures, printed, mm_per_px = surface
+    toward, lobe, peak, blur = lights
+    numbers, levels, fed = lit
+    seen, top, left = shade
+    samples = noise[0]
+    scale, most = np.float32(noise[1]), np.float32(table.size - 1)
+    rows, columns = relief_mm.shape
+    count = len(ambient)
+    half = np.float32(0.5 / mm_per_px)
     well, read = np.float32(electrons[0]), np.float32(electrons[1])
-    most = np.float32(table.size - 1)
-    mixed, every = np.empty(columns, np.float32), np.empty(columns * count, np.float32)
-    levels = np.empty(columns * count, np.int32)
-    for i in range(rows):
-        row = top + i
+    facing = np.empty((3, columns), np.float32)
+    grain = np.empty((4 * len(textures), columns), np.float32)
+    plane, rest_of = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    power = np.empty(columns, np.int32)
+    light = np.empty((count, columns), np.float32)
+    bare = np.ones(columns, np.float32)
+    mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.int32)
+    for row in range(rows):
+        _normals(relief_mm, rest, half, row, facing)
+        x, y, z = facing[0], facing[1], facing[2]
+        for t in range(len(textures)):
+            four = textures[t, row].reshape(4 * columns)
+            _apart(four, grain[4 * t], grain[4 * t + 1], grain[4 * t + 2], grain[4 * t + 3])
+        light[:] = 0
+        for k in range(len(numbers)):
+            s = numbers[k]
+            square = np.float32(blur[s] * blur[s])
+            _lit(x, y, z, toward[s, 0, row], toward[s, 1, row], toward[s, 2, row], square, plane)
+            if peak.size:
+                a, b, c = lobe[s, 0, row], lobe[s, 1, row], lobe[s, 2, row]
+                _power(x, y, z, a, b, c, peak[s, row], rest_of, power)
+                _add_exponential(rest_of, power.view(np.float32), plane)
+            if 0 <= row - top < seen.shape[1]:
+                _scale(seen[k, row - top], plane[left : left + seen.shape[2]])
+            for channel in range(count):
+                if fed[k, channel]:
+                    _add_textured(plane, grain[s], levels[k], light[channel])
         for channel in range(count):
-            _add_sky(up[i], ambient[channel], light[channel, i])
-            if covered.size:
-                _scale(covered[row], light[channel, i])
-            _scale(glass[row], light[channel, i])
+            covered = printed[row] if printed.size else bare
+            _dim(z, ambient[channel], covered, glass[row], light[channel])
         for channel in range(count):
             mixed[:] = 0
             for other in range(count):
-                _add_share(light[other, i], mixing[channel, other], mixed)
-            _interleave(mixed, channel, count, every)
-        # one long loop over all channels, rather than one with gaps for each
-        _levels(every, numbers[row], np.float32(sign), well, read, most, levels)
-        _coded(levels, table, pixels[row])
+                _add_share(light[other], mixing[channel, other], mixed)
+            _levels(mixed, samples[channel, row], scale, well, read, most, levels_of)
+            _coded(levels_of, table, channel, count, pixels[row])

@@ -71,7 +71,8 @@ class Shading:
     Attributes
     ----------
     toward : (3, H, W) float32
-        Light vectors of the diffuse part, see :func:`~tactile_core.sim.optics.lights.light_field`.
+        Half the light vectors of the diffuse part, see
+        :func:`~tactile_core.sim.optics.lights.light_field`.
     blur : float
         Softness of the horizon of an extended light, in the units of ``toward``.
     lobe : (3, H, W) float32 or None
@@ -107,8 +108,9 @@ class Shading:
         view : (3, H, W) float32
             Unit vectors towards the camera.
         """
+        diffuse = 0.5 * (1 - coating.specular)
         if coating.specular == 0:
-            return cls(toward, blur)
+            return cls(toward * np.float32(diffuse), blur * diffuse)
         strength = np.maximum(np.sqrt((toward**2).sum(0)), 1e-9)
         half = toward / strength + view
         half /= np.sqrt((half**2).sum(0))
@@ -118,8 +120,8 @@ class Shading:
         sharpness = 2 / coating.roughness**2
         gloss = coating.specular * strength * sharpness / 8
         return cls(
-            toward * np.float32(1 - coating.specular),
-            blur * (1 - coating.specular),
+            toward * np.float32(diffuse),
+            blur * diffuse,
             (half * sharpness).astype(np.float32),
             (np.log(gloss) - sharpness).astype(np.float32),
         )
@@ -148,16 +150,16 @@ class Shading:
 
 def _dot(a: Float32, b: Float32) -> Float32:
     total = a[0] * b[0]
-    total += a[1] * b[1]
-    total += a[2] * b[2]
+    # OpenCV multiplies and adds in one pass
+    cv2.accumulateProduct(a[1], b[1], total)
+    cv2.accumulateProduct(a[2], b[2], total)
     return np.asarray(total)
 
 
-def _softly_positive(cosine: Float32, blur: float) -> Float32:
-    """Soft clamp of the cosine at 0: an extended light sets gradually below the horizon."""
-    root = cosine * cosine
-    root += np.float32(blur**2)
+def _softly_positive(half_cosine: Float32, half_blur: float) -> Float32:
+    """Soft clamp of a cosine at 0: an extended light sets gradually below the horizon."""
+    root = half_cosine * half_cosine
+    root += np.float32(half_blur**2)
     np.sqrt(root, out=root)
-    root += cosine
-    root *= np.float32(0.5)
+    root += half_cosine
     return np.asarray(root)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
@@ -10,17 +12,50 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.sim.optics.camera import Chip, Numbers
-from tactile_core.sim.optics.sources import Shining
-
-_BAND_PX = 32
-"""Rows rendered at once: their buffers fit into the processor's cache. Chosen by hand."""
+from tactile_core.sim.optics.sources import LightSource, Shining
 
 _NONE = np.zeros((0, 0), np.float32)
 _NO_FIELD = np.zeros((2, 0, 0), np.float32)
+_NO_SHADE = np.zeros((0, 0, 0), np.float32), 0, 0
+
+
+@dataclass(frozen=True, eq=False)
+class StackedLights:
+    """Shading of the S lights of a rig, as the kernels read it.
+
+    Attributes
+    ----------
+    toward : (S, 3, H, W) float32
+    lobe : (S, 3, H, W) or (S, 3, 0, 0) float32
+    peak : (S, H, W) or (S, 0, 0) float32
+    blur : (S,) float32
+        Each as in :class:`~tactile_core.sim.optics.coating.Shading`; without rows, there is no
+        specular part.
+    """
+
+    toward: Float32
+    lobe: Float32
+    peak: Float32
+    blur: Float32
+
+    @classmethod
+    def of(cls, sources: Sequence[LightSource]) -> StackedLights:
+        """Stack the lights of a rig."""
+        shadings = [source.shading for source in sources]
+        lobes = [shading.lobe for shading in shadings if shading.lobe is not None]
+        peaks = [shading.peak for shading in shadings if shading.peak is not None]
+        count = len(shadings)
+        return cls(
+            np.stack([shading.toward for shading in shadings]),
+            np.stack(lobes) if lobes else np.zeros((count, 3, 0, 0), np.float32),
+            np.stack(peaks) if peaks else np.zeros((count, 0, 0), np.float32),
+            np.array([shading.blur for shading in shadings], np.float32),
+        )
 
 
 def photographed(
     compiled: ModuleType,
+    lights: StackedLights,
     shining: Shining,
     glass: Float32,
     mixing: Float32,
@@ -33,6 +68,8 @@ def photographed(
     ----------
     compiled : module
         :mod:`tactile_core.sim.kernels.compiled`.
+    lights : StackedLights
+        All lights of the rig.
     shining : Shining
     glass : (H, W) float32
         Transmission of the lens.
@@ -45,50 +82,33 @@ def photographed(
     -------
     (H, W, K) uint8 or uint16
     """
-    surface, fed, ambient = shining.surface, shining.fed, shining.ambient
+    surface, shade = shining.surface, shining.shade
     height, width = surface.relief_mm.shape
     count = len(mixing)
     pixels = np.empty((height, width * count), chip.dtype)
-    relief = np.ascontiguousarray(surface.relief_mm)
     rest = _NO_FIELD if surface.rest_slopes is None else surface.rest_slopes
-    printed = _NONE if surface.reflectance is None else np.ascontiguousarray(surface.reflectance)
-    numbers = noise.values.reshape(pixels.shape), noise.sign
-    electrons = 1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2
-    facing = np.empty((3, _BAND_PX, width), np.float32)
-    light = np.empty((count, _BAND_PX, width), np.float32)
-    for top in range(0, height, _BAND_PX):
-        rows = min(_BAND_PX, height - top)
-        if rows < _BAND_PX:
-            facing, light = (np.empty((len(a), rows, width), np.float32) for a in (facing, light))
-        compiled.normals(relief, rest, surface.mm_per_px, top, facing)
-        light[:] = 0
-        for (number, source, level), seen, into in zip(
-            shining.sources, shining.seen, fed, strict=True
-        ):
-            shading = source.shading
-            compiled.add_light(
-                facing,
-                shading.toward,
-                _NO_FIELD if shading.lobe is None else shading.lobe,
-                _NONE if shading.peak is None else shading.peak,
-                float(shading.blur),
-                _NONE if seen is None else seen,
-                (surface.textures[number // 4], number % 4),
-                float(level),
-                into,
-                top,
-                light,
-            )
-        compiled.read_out(
-            light,
-            facing[2],
-            ambient,
-            (glass, printed),
-            mixing,
-            numbers,
-            electrons,
-            chip.table,
-            top,
-            pixels,
-        )
+    printed = _NONE if surface.reflectance is None else surface.reflectance
+    compiled.photograph(
+        (
+            np.ascontiguousarray(surface.relief_mm),
+            rest,
+            surface.textures,
+            np.ascontiguousarray(printed),
+            surface.mm_per_px,
+        ),
+        (lights.toward, lights.lobe, lights.peak, lights.blur),
+        (
+            np.array([number for number, _, _ in shining.sources], np.int64),
+            np.array([level for _, _, level in shining.sources], np.float32),
+            shining.fed,
+        ),
+        _NO_SHADE if shade is None else (shade.seen, shade.rows.start, shade.columns.start),
+        shining.ambient,
+        glass,
+        mixing,
+        (noise.steps.reshape(count, height, width), noise.scale),
+        (1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2),
+        chip.table,
+        pixels,
+    )
     return pixels.reshape(height, width, count)

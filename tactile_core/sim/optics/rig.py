@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import cv2
@@ -22,7 +23,7 @@ from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import led_arrays_of
-from tactile_core.sim.optics.quick import photographed
+from tactile_core.sim.optics.quick import StackedLights, photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
@@ -240,14 +241,21 @@ class RigOptics:
         loops = kernels.chosen(self._compiled)
         if loops is not None:
             return self._chip.send(
-                photographed(loops, shining, self._glass, mixing, self._chip, noise)
+                photographed(
+                    loops, self._lights, shining, self._glass, mixing, self._chip, noise
+                )
             )
         pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
-        numbers = noise.signed.reshape(pixels.shape)
-        for rows, light in shining.bands():
-            light *= self._glass[rows]
-            pixels[rows] = self._chip.read_out(_mixed(light, mixing), numbers[rows])
+        numbers = noise.values.reshape(-1, *self._shape)
+        for rows, light in shining.bands(self._glass):
+            mixed = (mixing @ light.reshape(len(light), -1)).reshape(light.shape)
+            coded = self._chip.read_out(mixed, numbers[:, rows])
+            cv2.merge([*coded], dst=pixels[rows])
         return self._chip.send(pixels)
+
+    @cached_property
+    def _lights(self) -> StackedLights:
+        return StackedLights.of(self._sources)
 
     def _brightness(
         self, source: LightSource, number: int, levels: Mapping[str, float], frame: int
@@ -288,10 +296,3 @@ class RigOptics:
         if not np.isfinite(array.sum()):
             raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
-
-
-def _mixed(light: Float32, mixing: Float32) -> Float32:
-    """(h, W, K) linear combinations of (K, h, W) light."""
-    if len(light) == 1:
-        return np.asarray((light[0] * mixing[0, 0])[..., None], np.float32)
-    return np.asarray(cv2.transform(cv2.merge([*light]), mixing), np.float32)

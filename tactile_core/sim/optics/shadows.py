@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import cv2
@@ -22,14 +24,42 @@ class MarchingParameters(NamedTuple):
     min_rise : float, ratio
         Smallest height per distance of a ray. It bounds the length of shadows at grazing light.
         Source: chosen by hand; no script derives it.
+    steepness : float, ratio
+        A ray can be hidden only near a slope of at least this share of its own rise.
+        Source: the mean value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at
+        most 0.022 of a step.
     """
 
     max_steps: int = 16
     min_rise: float = 1e-3
+    steepness: float = 0.97
 
 
 MARCHING = MarchingParameters()
 """The values in use."""
+
+
+class Shade(NamedTuple):
+    """The part of an image in which lights are partly hidden.
+
+    Attributes
+    ----------
+    rows, columns : slice
+    seen : (L, h, w) float32
+        Visible share of each light in these rows and columns; 1 elsewhere.
+    """
+
+    rows: slice
+    columns: slice
+    seen: Float32
+
+    def darken(self, light: int, plane: Float32, top: int) -> None:
+        """Darken a band of rows (h, W) of one light, in place; its first row is ``top``."""
+        first = max(self.rows.start, top)
+        last = min(self.rows.stop, top + len(plane))
+        if first < last:
+            part = self.seen[light, first - self.rows.start : last - self.rows.start]
+            plane[first - top : last - top, self.columns] *= part
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,46 +98,112 @@ class Shadows:
         """Columns and rows of the reduced grid."""
         return self.rise.shape[1], self.rise.shape[0]
 
-    def cast(self, low: Float32, shape: tuple[int, int]) -> Float32 | None:
-        """Return the visible share of the light at each pixel; None without any shadow.
-
-        Parameters
-        ----------
-        low : (h, w) float32
-            Relief above the undeformed surface in mm, on the reduced grid.
-        shape : (H, W)
-            Size of the image.
-
-        Returns
-        -------
-        (H, W) float32 or None
-        """
-        rows, columns = low.shape
-        relief_mm = float(low.max() - low.min())
-        lowest_rise = float(self.rise.min())
-        reach_px = min(relief_mm / lowest_rise / self.mm_per_px, float(np.hypot(rows, columns)))
+    def march_over(self, relief_mm: float) -> tuple[int, float]:
+        """Return the number of steps of a ray over this relief, and their length in pixels."""
+        reach_px = relief_mm / float(self.rise.min()) / self.mm_per_px
+        reach_px = min(reach_px, float(np.hypot(*self.rise.shape)))
         steps = int(np.clip(np.ceil(reach_px), 1, MARCHING.max_steps))
-        stride_px = max(reach_px / steps, 1.0)
-        x, y = np.meshgrid(np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32))
-        stride_x, stride_y = self.way * np.float32(stride_px)
-        stride_mm = np.float32(stride_px * self.mm_per_px)
-        ray = low.copy()
-        climb = self.rise * stride_mm
-        hidden = np.zeros_like(low)
-        for step in range(1, steps + 1):
-            x += stride_x
-            y += stride_y
-            ray += climb
-            above = np.asarray(
-                cv2.remap(low, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
-                np.float32,
-            )
-            above -= ray
-            # Height of the relief above the ray to the light's centre, relative to the half
-            # height of the light at this distance.
-            above *= np.float32(1 / (step * stride_mm * self.blur))
-            np.maximum(hidden, above, out=hidden)
-        if hidden.max() <= 0:
-            return None
-        seen = 1 - np.minimum(hidden, 1)
-        return np.asarray(cv2.resize(seen, shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
+        return steps, max(reach_px / steps, 1.0)
+
+
+def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Shade | None:
+    """Return where lights are hidden; None without any shadow.
+
+    Parameters
+    ----------
+    lights : sequence of Shadows
+        At least one; all on the same reduced grid.
+    low : (h, w) float32
+        Relief above the undeformed surface in mm, on that grid.
+    shape : (H, W)
+        Size of the image.
+    """
+    relief_mm, mm_per_px = float(low.max() - low.min()), lights[0].mm_per_px
+    marches = [light.march_over(relief_mm) for light in lights]
+    lowest_rise = min(float(light.rise.min()) for light in lights)
+    reach_px = max(steps * stride_px for steps, stride_px in marches)
+    part = _near_steep(
+        low, MARCHING.steepness * lowest_rise * mm_per_px, int(np.ceil(reach_px)) + 1
+    )
+    if part is None:
+        return None
+    stride_px = np.array([[[stride]] for _, stride in marches], np.float32)
+    stride_mm = stride_px * np.float32(mm_per_px)
+    # the lights are planes below each other, so that one call of OpenCV serves all
+    size = len(lights), *low[part].shape
+    stride_x, stride_y = (
+        np.stack([light.way[axis][part] for light in lights]) * stride_px for axis in range(2)
+    )
+    climb = np.stack([light.rise[part] for light in lights]) * stride_mm
+    x, y = np.meshgrid(*(np.arange(k.start, k.stop, dtype=np.float32) for k in part[::-1]))
+    x, y, ray = (np.tile(plane, (len(lights), 1, 1)) for plane in (x, y, low[part]))
+    hidden = np.zeros(size, np.float32)
+    flat = size[0] * size[1], size[2]
+    for step in range(1, max(steps for steps, _ in marches) + 1):
+        x += stride_x
+        y += stride_y
+        ray += climb
+        above = cv2.remap(
+            low,
+            x.reshape(flat),
+            y.reshape(flat),
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        ).reshape(size)
+        above -= ray
+        # Height of the relief above the ray to the light's centre, relative to the half height of
+        # the light at this distance; 0 behind the last step of a light.
+        above *= np.array(
+            [
+                [[1 / (step * float(mm) * light.blur) if step <= steps else 0.0]]
+                for light, (steps, _), mm in zip(lights, marches, stride_mm.flat, strict=True)
+            ],
+            np.float32,
+        )
+        np.maximum(hidden, above, out=hidden)
+    if hidden.max() <= 0:
+        return None
+    return _enlarged(np.minimum(hidden, 1), part, low.shape, shape)
+
+
+def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, slice] | None:
+    """Rows and columns within reach of cells that rise by at least this from pixel to pixel."""
+    down, across = np.abs(np.diff(low, axis=0)), np.abs(np.diff(low, axis=1))
+    # the slope inside a cell is between those of its sides
+    down = np.maximum(down[:, 1:], down[:, :-1]) if low.shape[1] > 1 else down
+    across = np.maximum(across[1:], across[:-1]) if low.shape[0] > 1 else across
+    steep = np.asarray(down * down + across * across >= least_mm**2)
+    if not steep.any():
+        return None
+    sides = []
+    for axis, size in ((1, low.shape[0]), (0, low.shape[1])):
+        cells = np.flatnonzero(steep.any(axis))
+        first, last = int(cells[0]) - reach_px, int(cells[-1]) + 2 + reach_px
+        sides.append(slice(max(first, 0), min(last, size)))
+    return sides[0], sides[1]
+
+
+def _enlarged(
+    hidden: Float32, part: tuple[slice, slice], small: tuple[int, int], shape: tuple[int, int]
+) -> Shade:
+    """Interpolate a part of the reduced grid at the pixels of the image."""
+    (rows, down), (columns, across) = (
+        _touched(_linear(size, whole), of)
+        for size, whole, of in zip(small, shape, part, strict=True)
+    )
+    return Shade(rows, columns, 1 - down @ hidden @ across.T)
+
+
+def _touched(weights: Float32, part: slice) -> tuple[slice, Float32]:
+    """Pixels that a part of the reduced grid influences, and how much each does."""
+    inside = weights[:, part]
+    pixels = np.flatnonzero(inside.sum(1))
+    touched = slice(int(pixels[0]), int(pixels[-1]) + 1)
+    return touched, inside[touched]
+
+
+@cache
+def _linear(small: int, size: int) -> Float32:
+    """(size, small) weights of linear interpolation between pixel centres."""
+    place = np.clip((np.arange(size) + 0.5) * (small / size) - 0.5, 0, small - 1)
+    return np.maximum(1 - abs(place[:, None] - np.arange(small)), 0).astype(np.float32)

@@ -16,7 +16,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.coating import Coating, Shading
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shadows
+from tactile_core.sim.optics.shadows import Shade, Shadows, cast
 from tactile_core.sim.optics.surface import Surface
 
 
@@ -38,7 +38,7 @@ class SourceParameters(NamedTuple):
 
     view_diagonals: float = 1.5
     min_brightness: float = 0.1
-    band_px: int = 64
+    band_px: int = 32
 
 
 SOURCES = SourceParameters()
@@ -135,15 +135,13 @@ class Shining:
     channels: tuple[str, ...]
 
     @cached_property
-    def seen(self) -> list[Float32 | None]:
-        """Visible share (H, W) of each light; None for a light without shadows."""
+    def shade(self) -> Shade | None:
+        """Where the lights are hidden; None without any shadow."""
         if not self.sources:
-            return []
-        low = self.surface.reduced(self.sources[0][1].shadows.size)
-        if low is None:
-            return [None] * len(self.sources)
-        shape = self.surface.relief_mm.shape
-        return [source.shadows.cast(low, shape) for _, source, _ in self.sources]
+            return None
+        shadows = [source.shadows for _, source, _ in self.sources]
+        low = self.surface.reduced(shadows[0].size)
+        return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:
@@ -162,29 +160,34 @@ class Shining:
         each = np.array([level * source.ambient for _, source, level in self.sources])
         return np.asarray(each @ self.fed, np.float32)
 
-    def bands(self) -> Iterator[tuple[slice, Float32]]:
-        """Yield bands of rows, and the (K, h, W) light that they send to the camera."""
+    def bands(self, glass: Float32 | None = None) -> Iterator[tuple[slice, Float32]]:
+        """Yield bands of rows, and the (K, h, W) light that they send to the camera.
+
+        Parameters
+        ----------
+        glass : (H, W) float32, optional
+            Transmission of the lens. Default: 1.
+        """
         surface, fed, ambient = self.surface, self.fed, self.ambient
         for top in range(0, len(surface.relief_mm), SOURCES.band_px):
             rows = slice(top, top + SOURCES.band_px)
             normals = surface.normals[:, rows]
             sky = 0.5 * normals[2] + 0.5
-            light = np.zeros((len(self.channels), *sky.shape), np.float32)
-            for (number, source, level), share, into in zip(
-                self.sources, self.seen, fed, strict=True
+            light = ambient[:, None, None] * sky
+            for index, ((number, source, level), into) in enumerate(
+                zip(self.sources, fed, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if share is not None:
-                    plane *= share[rows]
+                if self.shade is not None:
+                    self.shade.darken(index, plane, top)
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)
                 for fed_one in np.flatnonzero(into):
                     light[fed_one] += plane
-            for channel, everywhere in enumerate(ambient):
-                light[channel] += sky * everywhere
-            if surface.reflectance is not None:
-                light *= surface.reflectance[rows]
+            for dimming in (surface.reflectance, glass):
+                if dimming is not None:
+                    light *= dimming[rows]
             yield rows, light
 
 

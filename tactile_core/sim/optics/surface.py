@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from types import ModuleType
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.component import SensorBuild
+from tactile_core.sim.banded import BandedMatrix
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
 
@@ -32,11 +33,15 @@ class SurfaceParameters(NamedTuple):
     sigmas_per_grain : float, ratio
         Size of the grain over the Gaussian sigma that correlates it.
         Source: chosen by hand; no script derives it.
+    band_px : int, px
+        Rows whose normals are computed at once; their buffers fit into the processor's cache.
+        Source: chosen by hand; no script derives it.
     """
 
     margin: float = 0.1
     min_shadow_relief_mm: float = 0.01
     sigmas_per_grain: float = 2
+    band_px: int = 32
 
 
 SURFACE = SurfaceParameters()
@@ -56,7 +61,7 @@ class Surface:
     mm_per_px : float
     reflectance : (H, W) float32 or None
         1 on the bare surface, less on markers; None without markers.
-    textures : tuple of (H, W, C) float32
+    textures : (T, H, W, 4) float32
         Grain as a factor on each light, four lights to an image. Grain differs between lights,
         because facets reflect only some of them. Scratches and markers follow the last light.
     """
@@ -65,7 +70,7 @@ class Surface:
     rest_slopes: Float32 | None
     mm_per_px: float
     reflectance: Float32 | None
-    textures: tuple[Float32, ...]
+    textures: Float32
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
@@ -78,27 +83,28 @@ class Surface:
             height = self.relief_mm
             relief_mm = float(height.max() - height.min())
             casts = relief_mm >= SURFACE.min_shadow_relief_mm
-            low = cv2.resize(height, size, interpolation=cv2.INTER_AREA) if casts else None
-            self._reduced[size] = None if low is None else np.asarray(low, np.float32)
+            self._reduced[size] = _averaged(height, size) if casts else None
         return self._reduced[size]
 
     @cached_property
     def normals(self) -> Float32:
         """(3, H, W) unit normals, the third component towards the camera."""
-        x, y = _slopes(self.relief_mm, self.mm_per_px)
-        if self.rest_slopes is not None:
-            x += self.rest_slopes[0]
-            y += self.rest_slopes[1]
-        up = x * x
-        up += y * y
-        up += 1
-        cv2.sqrt(up, dst=up)
-        cv2.divide(1.0, up, dst=up)
-        normals = np.empty((3, *up.shape), np.float32)
-        np.multiply(x, up, out=normals[0])
-        np.multiply(y, up, out=normals[1])
-        np.negative(normals[:2], out=normals[:2])
-        normals[2] = up
+        normals = np.empty((3, *self.relief_mm.shape), np.float32)
+        for top in range(0, len(self.relief_mm), SURFACE.band_px):
+            rows = slice(top, top + SURFACE.band_px)
+            x, y, up = normals[:, rows]
+            _write_slopes(self.relief_mm, self.mm_per_px, top, x, y)
+            if self.rest_slopes is not None:
+                x += self.rest_slopes[0, rows]
+                y += self.rest_slopes[1, rows]
+            np.multiply(x, x, out=up)
+            cv2.accumulateSquare(y, up)
+            up += 1
+            cv2.sqrt(up, dst=up)
+            cv2.divide(-1.0, up, dst=up)
+            x *= up
+            y *= up
+            np.negative(up, out=up)
         return normals
 
 
@@ -128,7 +134,7 @@ class Membrane:
             self.rest_mm = -rest_height(
                 self._shape, mm_per_px=image.mm_per_px, radius_mm=profile.gel.radius_mm
             )
-            self._rest_slopes = np.stack(_slopes(self.rest_mm, image.mm_per_px))
+            self._rest_slopes = _slopes(self.rest_mm, image.mm_per_px)
         self._margin = round(SURFACE.margin * image.width_px)
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
@@ -145,12 +151,11 @@ class Membrane:
                 self._inked(self.markers.cover(wide, self.markers.rest_px + self._margin))
             )
         # Remapping an image of four channels takes as long as one of a single channel.
-        self._textures = tuple(np.dstack(textures[k : k + 4]) for k in range(0, len(textures), 4))
-        m = self._margin
-        self._at_rest = tuple(
-            np.ascontiguousarray(texture[m:-m, m:-m]) if m else texture
-            for texture in self._textures
-        )
+        self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
+        for number, texture in enumerate(textures):
+            _plane(self._textures, number)[:] = texture
+        (rows, columns), m = self._shape, self._margin
+        self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
 
     def state(
         self,
@@ -188,7 +193,7 @@ class Membrane:
     def _inked(self, cover: Float32) -> Float32:
         return np.asarray(1 - (1 - self._ink) * cover, np.float32)
 
-    def _moved(self, displacement_mm: Float32 | None) -> tuple[Float32, ...]:
+    def _moved(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
         rows, columns = self._shape
         m = self._margin
@@ -199,28 +204,62 @@ class Membrane:
         y = displacement_mm[..., 1] * px
         x += np.arange(columns, dtype=np.float32) + m
         y += (np.arange(rows, dtype=np.float32) + m)[:, None]
-        moved = (
-            cv2.remap(texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
-            for texture in self._textures
-        )
-        return tuple(np.asarray(np.atleast_3d(texture), np.float32) for texture in moved)
+        moved = np.empty_like(self._at_rest)
+        for texture, out in zip(self._textures, moved, strict=True):
+            cv2.remap(
+                texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101
+            )
+        return moved
 
 
-def _plane(textures: tuple[Float32, ...], number: int) -> Float32:
+def _plane(textures: Float32, number: int) -> Float32:
     # A view: a copy would cost more than strided reads.
-    return textures[number // 4][..., number % 4]
+    return textures[number // 4, ..., number % 4]
 
 
-def _slopes(height_mm: Float32, mm_per_px: float) -> tuple[Float32, Float32]:
-    """Central differences; one-sided at the border."""
-    padded = cv2.copyMakeBorder(height_mm, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
-    # Extrapolate linearly, so that a plane has the same slope everywhere.
-    padded[0], padded[-1] = 2 * padded[1] - padded[2], 2 * padded[-2] - padded[-3]
-    padded[:, 0], padded[:, -1] = 2 * padded[:, 1] - padded[:, 2], 2 * padded[:, -2] - padded[:, -3]
+def _averaged(values: Float32, size: tuple[int, int]) -> Float32:
+    """Means over the pixels of a coarser grid of this many columns and rows."""
+    rows, columns = values.shape
+    down, _ = _means(rows, size[1])
+    _, across = _means(columns, size[0])
+    return np.asarray(down.times(values) @ across)
+
+
+@cache
+def _means(pixels: int, parts: int) -> tuple[BandedMatrix, Float32]:
+    """Matrix (parts, pixels) that averages over equal parts of a side, and its transpose."""
+    edges = np.arange(parts + 1) * (pixels / parts)
+    left = np.arange(pixels)
+    covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
+    means = np.maximum(covered, 0) * (parts / pixels)
+    return BandedMatrix.of(means), np.ascontiguousarray(means.T, np.float32)
+
+
+def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:
+    """(2, H, W) central differences along x and y; one-sided at the border."""
+    slopes = np.empty((2, *height_mm.shape), np.float32)
+    _write_slopes(height_mm, mm_per_px, 0, *slopes)
+    return slopes
+
+
+def _write_slopes(height_mm: Float32, mm_per_px: float, top: int, x: Float32, y: Float32) -> None:
+    """Write the slopes of a band of rows; its first row is ``top``."""
     half = np.float32(0.5 / mm_per_px)
-    x = (padded[1:-1, 2:] - padded[1:-1, :-2]) * half
-    y = (padded[2:, 1:-1] - padded[:-2, 1:-1]) * half
-    return x, y
+    band = height_mm[top : top + len(x)]
+    np.subtract(band[:, 2:], band[:, :-2], out=x[:, 1:-1])
+    # twice as steep, because their distance is half as long
+    x[:, 0], x[:, -1] = 2 * (band[:, 1] - band[:, 0]), 2 * (band[:, -1] - band[:, -2])
+    x *= half
+    last = len(height_mm) - 1
+    first, stop = max(top, 1), min(top + len(x), last)
+    np.subtract(
+        height_mm[first + 1 : stop + 1], height_mm[first - 1 : stop - 1], out=y[first - top : stop - top]
+    )
+    if top == 0:
+        y[0] = 2 * (height_mm[1] - height_mm[0])
+    if top + len(x) > last:
+        y[-1] = 2 * (height_mm[last] - height_mm[last - 1])
+    y *= half
 
 
 def _grain(

@@ -1,0 +1,60 @@
+"""Products with matrices whose rows are zero except for a few neighbouring columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Array, Float32
+
+
+class BandedParameters(NamedTuple):
+    """Size of the blocks of a banded matrix. It affects the time, not the product.
+
+    Attributes
+    ----------
+    block : int, rows or columns
+        Size of a block along the longer side of the matrix.
+        Source: chosen by hand: fast for images of 480 rows of 640 pixels.
+    """
+
+    block: int = 60
+
+
+BANDED = BandedParameters()
+"""The values in use."""
+
+
+@dataclass(frozen=True, eq=False)
+class BandedMatrix:
+    """An (N, n) matrix as dense blocks of rows, each with the columns that it needs.
+
+    Attributes
+    ----------
+    blocks : tuple of (rows, columns, part)
+        Slices of the matrix, and its part there, float32.
+    """
+
+    blocks: tuple[tuple[slice, slice, Float32], ...]
+
+    @classmethod
+    def of(cls, matrix: Array) -> BandedMatrix:
+        """Split a matrix (N, n)."""
+        blocks, count = [], len(matrix)
+        size = -(-BANDED.block * count // max(matrix.shape))
+        for start in range(0, count, size):
+            rows = slice(start, min(start + size, count))
+            used = np.flatnonzero(matrix[rows].any(0))
+            columns = slice(int(used[0]), int(used[-1]) + 1) if used.size else slice(0, 1)
+            part = np.ascontiguousarray(matrix[rows, columns], np.float32)
+            blocks.append((rows, columns, part))
+        return cls(tuple(blocks))
+
+    def times(self, field: Float32) -> Float32:
+        """(N, W) product of the matrix and a field (n, W)."""
+        out = np.empty((self.blocks[-1][0].stop, field.shape[1]), np.float32)
+        for rows, columns, part in self.blocks:
+            np.matmul(part, field[columns], out=out[rows])
+        return out

@@ -100,7 +100,7 @@ def recover(
     file: Annotated[Path, typer.Argument(help="An interrupted .mcap or .h5 recording.")],
     out: Annotated[
         Path | None,
-        typer.Option(help="The new file. Default: NAME.recovered.mcap, or .h5, beside it."),
+        typer.Option(help="The new file. Default: beside it, as NAME.recovered.mcap."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:

@@ -96,12 +96,9 @@ def _copy_column(file: Hdf5File, name: str, rows: int, new: GrowingFile) -> None
     columns = file.columns
     if name not in columns:
         return
-    described = {
-        "attributes": columns.attributes(name),
-        "compressed": columns.is_compressed(name),
-    }
+    attributes, compressed = columns.attributes(name), columns.is_compressed(name)
     first = columns.read(name, 0, min(rows, 1))
-    new.append(name, first, **described)
+    new.append(name, first, attributes=attributes, compressed=compressed)
     step = max(1, _BLOCK_BYTES // max(1, first.nbytes))
     for begin in range(1, rows, step):
         new.append(name, columns.read(name, begin, min(begin + step, rows)))

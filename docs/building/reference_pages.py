@@ -39,7 +39,7 @@ FURTHER = {
         "tactile_core.recordings.recording.Recording",
         "tactile_core.recordings.running_recording.RunningRecording",
         "tactile_core.recordings.recorder.RecordedSession",
-        "tactile_core.recordings.mcap.recovery.recover",
+        "tactile_core.recordings.recovery.recover",
     ),
 }
 """Names on these pages that are promised under their own module."""

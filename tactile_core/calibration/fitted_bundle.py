@@ -13,11 +13,12 @@ from tactile_core.bundles.bundle import Bundle, names_of, now
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts
+from tactile_core.calibration.gel_shape import thickness_of
 from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
 from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import CrossValidation
-from tactile_core.calibration.targets import CalibrationTarget, thickness_of
+from tactile_core.calibration.targets import CalibrationTarget
 from tactile_core.calibration.trials import Trials
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.sequence_check import is_sequential

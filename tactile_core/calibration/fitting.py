@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tactile_core.bundles.bundle import check_serial
+from tactile_core.calibration.ball_sizes import check_ball
 from tactile_core.calibration.crew import Crew
 from tactile_core.calibration.fitted_bundle import conditioning_for, fitted_bundle
 from tactile_core.calibration.guided_session import GuidedSession
@@ -16,7 +17,6 @@ from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.targets import (
     CalibrationTarget,
     balls,
-    check_ball,
     rows_of_map,
     separate_balls,
     undeformed_sensor,

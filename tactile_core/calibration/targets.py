@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Generic, NamedTuple
+from typing import Any, Generic
 
 import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.background import smooth_background
-from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.calibration.ball_sizes import (
+    TARGET,
+    ball_diameters_mm,
+    check_ball,
+    size_words,
+)
 from tactile_core.calibration.crew import ALONE, Crew
+from tactile_core.calibration.gel_shape import dome_radius_px, thickness_of
 from tactile_core.calibration.height_target import HeightTarget, is_height_map
 from tactile_core.calibration.held_out import Fold, SeparatePresses
 from tactile_core.calibration.map_rows import MapBlock, blocks
@@ -24,7 +30,6 @@ from tactile_core.calibration.target_surface import S
 from tactile_core.calibration.undeformed import undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
-from tactile_core.formats.catalog import find_catalog
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
@@ -36,32 +41,6 @@ _STAND_IN = (
     "no image of the undeformed sensor is given, so the large-scale light of the press itself "
     "stands in for it; shapes as large as the image cannot be separated from that light"
 )
-
-
-class TargetParameters(NamedTuple):
-    """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos.
-
-    Attributes
-    ----------
-    ball_tolerance : float, ratio
-        ``--ball-diameter-mm`` and the target's radius may differ by this share.
-        Source: the tolerance of all scales, as for bundles (``bundles/bundle.py``).
-    largest_ball_mm : float, mm
-        Larger diameters are refused.
-        Source: chosen by hand; far beyond any tactile sensor.
-    widest_label : float, ball radii
-        Largest radius of a labelled circle. Circles drawn by hand include the dark rim around the
-        ball; the ball's own radius limits the training pixels.
-        Source: published labels have up to 1.18 (``tests/formats/test_labels.py``), plus a margin.
-    """
-
-    ball_tolerance: float = 0.01
-    largest_ball_mm: float = 1000.0
-    widest_label: float = 1.25
-
-
-TARGET = TargetParameters()
-"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,72 +226,6 @@ def separate_balls(
     )
 
 
-def ball_diameters_mm(
-    profile: Profile, presses: Path, count: int, others_mm: float | None
-) -> tuple[float, ...]:
-    """Return the diameter of the ball in each observation of a recording.
-
-    Parameters
-    ----------
-    profile : Profile
-    presses : Path
-        Its ``catalog.csv`` rules where it lists an observation.
-    count : int
-        Number of observations.
-    others_mm : float, optional
-        Diameter in observations that no catalogue lists.
-
-    Raises
-    ------
-    InputError
-        The diameter of an observation is missing.
-    """
-    catalog = find_catalog(presses) if presses.is_dir() else None
-    if catalog is None:
-        if others_mm is None:
-            raise InputError(
-                "the ball's diameter is missing; give --ball-diameter-mm (or --target, or a "
-                "catalog.csv in the folder of presses)"
-            )
-        return (others_mm,) * count
-    catalog.check_listed()
-    files = open_recording(presses, images_per_observation=images_per_observation(profile)).files
-    listed = [catalog.diameter_mm(file.paths[0]) for file in files]
-    missing = [file.name for file, size in zip(files, listed, strict=True) if size is None]
-    if missing and others_mm is None:
-        raise InputError(
-            f"{catalog.path} has no diameter of the ball in {missing[0]}; add a line, or give "
-            f"--ball-diameter-mm for all that it does not list"
-        )
-    return tuple(size if size is not None else float(others_mm or 0) for size in listed)
-
-
-def size_words(diameters_mm: Sequence[float]) -> str:
-    """Return ``a ball of 4 mm`` or ``balls of 4 and 6.31 mm``."""
-    *rest, last = (f"{diameter:g}" for diameter in diameters_mm)
-    return f"balls of {', '.join(rest)} and {last} mm" if rest else f"a ball of {last} mm"
-
-
-def check_ball(diameter_mm: float, profile: Profile) -> None:
-    """Check that a diameter is plausible at the profile's scale.
-
-    Raises
-    ------
-    InputError
-        It is not positive, above a metre, or below two pixels.
-    """
-    if not 0 < diameter_mm <= TARGET.largest_ball_mm:
-        raise InputError(
-            f"a ball of {diameter_mm:g} mm? --ball-diameter-mm must be positive and at most "
-            f"{TARGET.largest_ball_mm:g}"
-        )
-    if diameter_mm / 2 < profile.image.mm_per_px:
-        raise InputError(
-            f"a ball of {diameter_mm:g} mm is smaller than two pixels of "
-            f"{profile.image.mm_per_px:g} mm; correct its diameter or 'image.mm_per_px'"
-        )
-
-
 def _check_single(frames: Sequence[Frame]) -> None:
     if len(frames) != 1:
         raise InputError(
@@ -400,14 +313,3 @@ def _on_target(
     thickness_mm = thickness_of(profile)
     pressed = PressedGrid(files[0], frames[0], condition, centres, radius_px, dome_px, thickness_mm)
     return pressed, 2 * grid.radius_mm
-
-
-def thickness_of(profile: Profile) -> float:
-    """Return the thickness of the gel in mm, the usual one if the profile gives none."""
-    return THICKNESS_MM if profile.gel.thickness_mm is None else profile.gel.thickness_mm
-
-
-def dome_radius_px(profile: Profile) -> float | None:
-    """Return the radius of an undeformed domed gel in px; None for a flat one."""
-    radius_mm = profile.gel.radius_mm
-    return None if radius_mm is None else radius_mm / profile.image.mm_per_px

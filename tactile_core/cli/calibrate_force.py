@@ -53,7 +53,7 @@ def calibrate_force(
     from tactile_core.calibration.force.fitting import calibrate_force as fit
     from tactile_core.cli.progress import Bar
     from tactile_core.cli.table import table_lines
-    from tactile_core.pipeline.sensor import FIRST
+    from tactile_core.pipeline.initial_reference import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs
 
     if serial:

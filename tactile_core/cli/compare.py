@@ -53,7 +53,7 @@ def compare(
     from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
     from tactile_core.evaluation.comparison.variants import parse_swap
     from tactile_core.formats.files import write_atomically
-    from tactile_core.pipeline.sensor import FIRST
+    from tactile_core.pipeline.initial_reference import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import REPORT, OutputFolder
 

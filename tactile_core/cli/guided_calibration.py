@@ -88,7 +88,8 @@ def calibrate_live(options: LiveOptions) -> None:
         if recording.failure is not None:
             print_message(f"note: {recording.failure}")
         _report(result, options, path)
-        _measure_next(sensor, result, as_json=options.as_json)
+        if options.input is None:
+            _measure_next(sensor, result, as_json=options.as_json)
 
 
 def _opened(options: LiveOptions) -> Sensor:
@@ -164,32 +165,22 @@ def _report(result: Calibrated, options: LiveOptions, path: Path) -> None:
 
 def _measure_next(sensor: Sensor, result: Calibrated, *, as_json: bool) -> None:
     """Measure the next thing that touches and holds still, with the new calibration."""
-    from tactile_core.calibration.guided.change import UndeformedCells
-    from tactile_core.calibration.guided.touch import Touches
+    from tactile_core.calibration.guided.next_touch import next_touch
     from tactile_core.pipeline.pipeline import Pipeline
     from tactile_core.plugins.blame import blame_of
 
-    if not sensor.is_live:
+    print_message("Lift the ball, then touch the gel with anything: it is measured. Ctrl-C ends.")
+    frame = next_touch(iter(sensor.acquire, None), result.bundle)
+    if frame is None:
         return
     pipeline = Pipeline(sensor.profile, result.bundle, compiled=False)
-    diameter_mm = min(result.bundle.manifest.ball_diameters_mm)
-    ball_px = diameter_mm / 2 / sensor.profile.image.mm_per_px
-    cells, touches = UndeformedCells(result.bundle.reference, ball_px), Touches(ball_px)
-    print_message("Lift the ball, then touch the gel with anything: it is measured. Ctrl-C ends.")
-    lifted = False
-    while (frame := sensor.acquire()) is not None:
-        still = touches.add(frame, cells.change(frame))
-        lifted |= not touches.touching
-        if still is None or not lifted:
-            continue
-        measured = pipeline.process(still.frame).summary(blame_of)
-        if as_json:
-            print_json({"measured": measured})
-        else:
-            depth, area = measured["max_height_mm"], measured["contact_area_mm2"]
-            depth_words = "no depth" if depth is None else f"{depth:.3f} mm deep"
-            print_data(f"measured: {depth_words}" + (f", {area:.2f} mm²" if area else ""))
+    measured = pipeline.process(frame).summary(blame_of)
+    if as_json:
+        print_json({"measured": measured})
         return
+    depth, area = measured["max_height_mm"], measured["contact_area_mm2"]
+    depth_words = "no depth" if depth is None else f"{depth:.3f} mm deep"
+    print_data(f"measured: {depth_words}" + (f", {area:.2f} mm²" if area else ""))
 
 
 def _free(out: Path) -> Path:

@@ -97,17 +97,18 @@ def record(
 
 
 def recover(
-    file: Annotated[Path, typer.Argument(help="An interrupted .mcap recording.")],
+    file: Annotated[Path, typer.Argument(help="An interrupted .mcap or .h5 recording.")],
     out: Annotated[
-        Path | None, typer.Option(help="The new file. Default: NAME.recovered.mcap beside it.")
+        Path | None,
+        typer.Option(help="The new file. Default: beside it, as NAME.recovered.mcap."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write every complete frame of an interrupted recording to a new, indexed file."""
-    from tactile_core.recordings.mcap.recovery import recover as recovered
+    """Write every complete frame of an interrupted recording to a new file for any program."""
+    from tactile_core.recordings.recovery import recover as recovered
 
     found = recovered(file, out)
     if as_json:
-        print_json({"out": str(found.path), "messages": found.messages})
+        print_json({"out": str(found.path), "images": found.images, "messages": found.messages})
         return
-    print_data(f"{found.path}: {found.messages} messages")
+    print_data(f"{found.path}: {found.images} images")

@@ -74,9 +74,9 @@ def run(
     from tactile_core.bundles.bundle import default_place
     from tactile_core.cli.batch import are_several, run_batch, unread_notes
     from tactile_core.errors import InputError
+    from tactile_core.pipeline.initial_reference import FIRST
     from tactile_core.pipeline.opening import open_sensor
     from tactile_core.pipeline.playback import observation_names
-    from tactile_core.pipeline.sensor import FIRST
     from tactile_core.pipeline.sinks import Sinks
     from tactile_core.plugins.blame import blame_of
     from tactile_core.recordings.inputs import PROFILE, Inputs

@@ -121,7 +121,7 @@ class Desk:
             "playback": None if playback is None else playback.state.described(),
             "choice": self.choice,
             "problem": "" if hand is None else hand.problem,
-            "failure": self.live.failure,
+            "failure": self.live.failure or self.guiding.problem,
             "calibration": self.guiding.state,
             "report": bool(self.guiding.report),
             "guidance": described_guidance(self.live),

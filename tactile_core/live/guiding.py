@@ -6,11 +6,13 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar
 
+from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.calibration.guided.session import GuidedCalibration
-from tactile_core.errors import InputError, TactileError
+from tactile_core.errors import InputError, TactileError, words_of
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.parameters import PAGE
 from tactile_core.live.snapshot import new_path
+from tactile_core.quantities import Frame
 from tactile_core.recordings.running_recording import RunningRecording
 
 T = TypeVar("T")
@@ -32,20 +34,23 @@ class Guiding:
     ----------
     report : bytes
         The report of the last calibration, as a page; empty before.
+    problem : str
+        Why the last calibration ended early, as a sentence; empty if it did not.
     """
 
     def __init__(self, live: LiveSensor) -> None:
         self._live = live
         self._recording: RunningRecording | None = None
+        self._guided: GuidedCalibration | None = None
         self._fitting = False
-        self.report = b""
+        self.report, self.problem = b"", ""
 
     @property
     def state(self) -> str:
         """``""``, ``"pressing"`` or ``"fitting"``."""
         if self._fitting:
             return "fitting"
-        return "" if self._live.guided is None else "pressing"
+        return "" if self._guided is None else "pressing"
 
     async def begin(self, between: Between[Any], ball_diameter_mm: float) -> str:
         """Take a reference, and begin to look at every frame.
@@ -70,7 +75,7 @@ class Guiding:
         reference = await between(lambda: sensor.capture_reference(PAGE.reference_frames))
         recording = self._recording
         try:
-            live.guided = await asyncio.to_thread(
+            self._guided = await asyncio.to_thread(
                 GuidedCalibration,
                 sensor.profile,
                 reference,
@@ -81,6 +86,7 @@ class Guiding:
         except BaseException:
             self._end_recording()
             raise
+        self.problem, live.guide = "", self._fed
         return f"Reference taken. {said}"
 
     async def finish(self, between: Between[Any]) -> str:
@@ -91,7 +97,7 @@ class Guiding:
         TactileError, OSError
             Too few presses, or the folder cannot be written to; the session goes on.
         """
-        guided = self._live.guided
+        guided = self._guided
         if guided is None or self._fitting:
             raise InputError("no calibration is under way; begin one first")
         folder = new_path(self._live.out, self._live.sensor.name, "_bundle")
@@ -107,11 +113,24 @@ class Guiding:
 
     def end(self) -> str:
         """End the session; what was not saved is lost, but its recording stays."""
-        guided, self._live.guided = self._live.guided, None
+        self._live.guide = None
+        guided, self._guided = self._guided, None
         if guided is not None:
             guided.close()
         self._end_recording()
         return "The calibration has ended"
+
+    def _fed(self, frame: Frame) -> Guidance | None:
+        """Look at a frame; a failure ends the calibration, and the sensor goes on."""
+        guided = self._guided
+        try:
+            return None if guided is None else guided.feed(frame)
+        except Exception as error:
+            known = isinstance(error, TactileError | OSError)
+            why = str(error) if known else f"{words_of(error)} (this is a bug; please report it)"
+            self.problem = f"The calibration has ended: {why}"
+            self.end()
+            return None
 
     def _record(self) -> str:
         path = new_path(self._live.out, self._live.sensor.name, "_calibration.mcap")
@@ -131,7 +150,7 @@ class Guiding:
 def described_guidance(live: LiveSensor) -> dict[str, Any] | None:
     """Return what the page shows of a calibration, JSON-ready; None if none is under way."""
     guidance = live.guidance
-    if guidance is None or live.guided is None:
+    if guidance is None or live.guide is None:
         return None
     return {
         **guidance.summary(),

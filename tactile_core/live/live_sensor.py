@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 
 from tactile_core.acquisition.clock import HOST
 from tactile_core.calibration.guided.guidance import Guidance
-from tactile_core.calibration.guided.session import GuidedCalibration
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.live.alternative import Alternative
@@ -50,6 +49,8 @@ class LiveSensor:
     Attributes
     ----------
     newest : Newest of LiveState
+    guide : callable or None
+        Looks at each frame while the sensor is calibrated, and says what to do.
     """
 
     def __init__(self, sensor: Sensor, out: Path) -> None:
@@ -61,7 +62,7 @@ class LiveSensor:
         paced = not sensor.is_live and self._virtual is None
         self.playback = Playback() if paced else None
         self.failure = ""
-        self.guided: GuidedCalibration | None = None
+        self.guide: Callable[[Frame], Guidance | None] | None = None
         self.guidance: Guidance | None = None
         self._samples: deque[Sample] = deque()
         self._work: queue.Queue[Callable[[], None]] = queue.Queue()
@@ -182,8 +183,8 @@ class LiveSensor:
         reading = self.sensor.measure(frame)
         if self.playback is not None:
             self.playback.played()
-        guided = self.guided
-        self.guidance = None if guided is None else guided.feed(frame)
+        guide = self.guide
+        self.guidance = None if guide is None else guide(frame)
         self._show(frame, reading, shown_s)
 
     def _wait(self, timestamp_s: float) -> None:

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from tactile_core.acquisition.acquisition import CAMERA, average
-from tactile_core.acquisition.clock import HOST
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.camera import Camera, Drop
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.frame_source import FrameSource
 from tactile_core.pipeline.health import Health
-from tactile_core.pipeline.health_monitor import HealthMonitor
+from tactile_core.pipeline.initial_reference import InitialReference
+from tactile_core.pipeline.measurement import Measurement
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import (
-    played_back,
-    read_reference,
-)
+from tactile_core.pipeline.playback import played_back
 from tactile_core.pipeline.recorded_session import session_of
-from tactile_core.pipeline.warming import warm_up
+from tactile_core.pipeline.workers import check_any_order
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
@@ -37,9 +33,6 @@ _MANY_FRAMES = 250
 
 TIMEOUT_S = 1.0
 """Default timeout of each exposure, s."""
-
-FIRST = "first"
-"""Value of ``reference``: use the first frame and mark every reading as relative."""
 
 
 class Sensor:
@@ -75,18 +68,17 @@ class Sensor:
             profile, self.notes, count, self._recorded = played_back(profile, Path(input))
         self.observations = count
         self.profile = profile
-        self._serial, self._gel = serial, gel
-        self._bundle = bundle
-        self._given_reference = reference
+        self._serial, self._gel, self._bundle = serial, gel, bundle
+        of_recording = None if self._recorded is None else self._recorded.session.reference
+        self._reference = InitialReference(profile, reference, of_recording)
         # loading compiled loops takes as long as they save over this many frames
         plain = count is not None and count < _MANY_FRAMES
         if self._recorded is not None:  # a replay rounds like the live sensor
             plain = not self._recorded.session.compiled
         self._compiled = False if plain else None
         self._source = FrameSource(profile, timeout_s, reconnect_s)
-        self._monitor = HealthMonitor(self.camera, profile.gel.thickness_mm)
+        self._measurement = Measurement(self._source, profile.gel.thickness_mm)
         self._pipeline: Pipeline | None = None
-        self._measures = self._tared = False
 
     @property
     def is_live(self) -> bool:
@@ -137,10 +129,10 @@ class Sensor:
         """
         try:
             if self.camera.live:
-                self._warm_up()
+                self.notes += self._reference.warm(self._bundle)
             self._source.open()
             self.notes += tuple(self.camera.notes)
-            reference = self._reference()
+            reference = self._reference.of(self._source)
             self._pipeline = Pipeline(
                 self.profile,
                 self._bundle,
@@ -261,17 +253,12 @@ class Sensor:
         with blame(CAMERA, self.camera):
             self.camera.set_drop(drop)
         if workers > 1:
-            if tare_frame is not None:
-                raise InputError("a tare needs the frames in order; use one worker")
-            if inputs is not None:
-                raise InputError("external inputs need the frames in order; use one worker")
-            if self._recorded is not None and self._recorded.turns:
-                raise InputError(
-                    "the recording has a tare or a new reference, which need the frames in order; "
-                    "use one worker"
-                )
-            frames = map(self._begun, iter(partial(self.acquire, timeout_s), None))
-            yield from map(self._noted, self.pipeline.map(frames, workers=workers))
+            turns = self._recorded is not None and bool(self._recorded.turns)
+            check_any_order(tare=tare_frame is not None, inputs=inputs is not None, turns=turns)
+            taken = iter(partial(self.acquire, timeout_s), None)
+            frames = map(partial(self._measurement.begin, self.pipeline), taken)
+            readings = self.pipeline.map(frames, workers=workers)
+            yield from map(partial(self._measurement.noted, self.pipeline), readings)
             return
         while (frame := self.acquire(timeout_s)) is not None:
             given = () if inputs is None else inputs(frame)
@@ -309,10 +296,9 @@ class Sensor:
             sensor=self.name,
             exposures=self._source.exposures,
             gel=self._gel,
-            tared=self._tared,
+            tared=self._measurement.tared,
         )
-        writer = recording_writer(Path(path))
-        recording = RunningRecording(writer, session, readings=readings)
+        recording = RunningRecording(recording_writer(Path(path)), session, readings=readings)
         self._source.recordings.add(recording)
         return recording
 
@@ -322,7 +308,7 @@ class Sensor:
         Each reading has the sentences of :attr:`Health.warnings
         <tactile_core.pipeline.health.Health.warnings>` among its own warnings.
         """
-        return self._monitor.health()
+        return self._measurement.health()
 
     def rewind(self) -> None:
         """Play a recording, or a script of the virtual sensor, from its beginning.
@@ -341,9 +327,7 @@ class Sensor:
             raise InputError(f"{self.name} is live, so it cannot be rewound; open a recording")
         self._source.rewind()
         recorded = self._recorded
-        if recorded is not None and any(
-            turn.reference is not None for turn in recorded.turns.values()
-        ):
+        if recorded is not None and recorded.changes_reference:
             begun = recorded.session.reference or (self._bundle and self._bundle.reference)
             if begun:
                 self.use_reference(begun)
@@ -404,49 +388,12 @@ class Sensor:
     def _processed(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         turn = None if self._recorded is None else self._recorded.turns.get(frame.sequence)
         if self._recorded is not None and turn is not None:
-            if turn.reference is not None and self._given_reference is None:
+            if turn.reference is not None and not self._reference.is_given:
                 self.use_reference(self._recorded.reference(turn.reference))
             if turn.resumed:
                 self.pipeline.resume()
             tare = tare or turn.tare
         tare = tare or self.pipeline.tares
-        self._begun(frame, tare=tare)
-        return self._noted(self.pipeline.process(frame, *inputs, tare=tare))
-
-    def _begun(self, frame: Frame, *, tare: bool = False) -> Frame:
-        """Note that a frame is measured."""
-        if self._source.recordings.measuring(frame, tare=tare) and self._measures:
-            self.pipeline.resume()
-        self._measures, self._tared = True, self._tared or tare
-        return frame
-
-    def _noted(self, reading: Reading) -> Reading:
-        """Add the warnings that concern the devices and the gel."""
-        reference, settings = self.pipeline.reference, self._source.settings
-        self._monitor.add(reading, reference, settings, HOST.now())
-        reading = self._source.noted(reading)
-        added = self._monitor.warnings()
-        if added:
-            reading = replace(reading, warnings=(*reading.warnings, *added))
-        self._source.recordings.healthy(self._monitor)
-        self._source.recordings.measured(reading)
-        return reading
-
-    def _warm_up(self) -> None:
-        given = self._given_reference
-        first = isinstance(given, str | Path) and str(given) == FIRST
-        if not first:
-            given = self._given_reference = self._reference()  # a recording is read once
-        known = given if isinstance(given, Reference) else None
-        self.notes += warm_up(self.profile, self._bundle, known, first=first)
-
-    def _reference(self) -> Reference | None:
-        given = self._given_reference
-        if given is None and self._recorded is not None:
-            return self._recorded.session.reference
-        if given is None or isinstance(given, Reference):
-            return given
-        if str(given) != FIRST:
-            return read_reference(self.profile, Path(given))
-        reference = average([self._source.first()])
-        return Reference(**{**vars(reference), "relative": True})
+        self._measurement.begin(self.pipeline, frame, tare=tare)
+        reading = self.pipeline.process(frame, *inputs, tare=tare)
+        return self._measurement.noted(self.pipeline, reading)

@@ -12,6 +12,7 @@ from itertools import islice
 from multiprocessing import get_context
 from typing import Protocol
 
+from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame
 
@@ -29,6 +30,32 @@ class Processor(Protocol):
 
     def process(self, frame: Frame) -> Reading:
         """Measure one frame."""
+
+
+def check_any_order(*, tare: bool, inputs: bool, turns: bool) -> None:
+    """Check that frames may be measured in any order.
+
+    Parameters
+    ----------
+    tare, inputs : bool
+        Whether there is a tare, or there are external inputs.
+    turns : bool
+        Whether a recording has a tare or a new reference.
+
+    Raises
+    ------
+    InputError
+        They may not.
+    """
+    if tare:
+        raise InputError("a tare needs the frames in order; use one worker")
+    if inputs:
+        raise InputError("external inputs need the frames in order; use one worker")
+    if turns:
+        raise InputError(
+            "the recording has a tare or a new reference, which need the frames in order; "
+            "use one worker"
+        )
 
 
 def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> Iterator[Reading]:

@@ -77,6 +77,11 @@ class RecordedSource(ObservationSource):
         return self._file.session
 
     @property
+    def changes_reference(self) -> bool:
+        """Whether a new reference was taken between the observations."""
+        return any(turn.reference is not None for turn in self.turns.values())
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """For the user."""
         notes = []

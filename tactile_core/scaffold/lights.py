@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
+from tactile_core.calibration.ball_sizes import size_words
 from tactile_core.calibration.light_directions import AZIMUTHS, channel_azimuths
-from tactile_core.calibration.targets import balls, size_words
+from tactile_core.calibration.targets import balls
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.progress import Progress, Silent

@@ -16,8 +16,9 @@ import numpy as np
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.bundles.manifest import LIGHT, Manifest
 from tactile_core.errors import PluginError, ProfileError
+from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.sensor import FIRST, Sensor
+from tactile_core.pipeline.sensor import Sensor
 from tactile_core.plugins.calibrators import calibrator_of, fitted_by
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
 from tactile_core.profiles.model import Profile

@@ -9,6 +9,7 @@ from unittest.mock import patch
 import pytest
 from support.command_line import refused, tactile
 
+from tactile_core.calibration.guided.session import SESSION
 from tactile_core.errors import CameraLost
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame
@@ -65,6 +66,20 @@ def test_a_session_is_led_recorded_and_fitted_again_from_its_recording(small: Pa
     )
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["held_out"] == result["held_out"]
+
+
+def test_when_enough_is_kept_the_next_touch_is_measured(small: Path) -> None:
+    pytest.importorskip("mcap")
+    two = SESSION._replace(enough_presses=2, most_presses=2)
+    with patch("tactile_core.calibration.guided.session.SESSION", two):
+        done = tactile(*live(small, "--json"))
+    assert done.returncode == 0, done.stderr
+    assert "Lift the ball, then touch the gel with anything" in done.stderr
+    *_, result, last = map(json.loads, done.stdout.splitlines())
+    assert len(result["presses"]) == 2
+    assert last["measured"]["max_height_mm"] == pytest.approx(0.6, rel=0.2)
+    # the last of the three places, at the depth of its press
+    assert last["measured"]["contact_area_mm2"] > 1
 
 
 def test_a_lost_camera_keeps_the_presses_and_says_how_to_finish(small: Path) -> None:

@@ -13,6 +13,8 @@ from support.virtual_lab import VirtualLab
 from support.watching import until
 
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.guided.guidance import Guidance
+from tactile_core.calibration.guided.session import GuidedCalibration
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.live.commands import (
     Calibrate,
@@ -30,7 +32,7 @@ from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
 from tactile_core.live.truth import true_quantities
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.quantities import ContactMask, HeightMap, Reference, Wrench
+from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference, Wrench
 
 
 def done(desk: Desk, command: Any) -> str:
@@ -236,7 +238,28 @@ def test_an_implausible_ball_is_refused_and_nothing_stays_open(virtual: Desk) ->
     with pytest.raises(InputError, match="ball"):
         done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=0.01))
     assert virtual.guiding.state == ""
-    assert virtual.live.guided is None
+    assert virtual.live.guide is None
+
+
+def test_a_process_that_is_killed_ends_the_calibration_not_the_sensor(
+    virtual: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live = virtual.live
+
+    def killed(self: GuidedCalibration, frame: Frame) -> Guidance:
+        raise ChildProcessError("a process that judges presses was killed")
+
+    monkeypatch.setattr(GuidedCalibration, "feed", killed)
+    done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0))
+    until(lambda: virtual.guiding.state == "")
+    before = live.newest.count
+    until(lambda: live.newest.count > before + 1)
+    assert "was killed" in virtual.status()["failure"]
+    assert "bug" not in virtual.status()["failure"]
+    assert virtual.status()["recording"] is None
+    monkeypatch.undo()
+    done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0))
+    assert virtual.status()["failure"] == ""
 
 
 def test_a_sensor_measures_with_another_bundle(lab: VirtualLab) -> None:

@@ -23,9 +23,9 @@ from tactile_core import open_sensor
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.kinds import recording_file, recording_writer
-from tactile_core.recordings.mcap.recovery import recover
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.recording_file import ImageEntry
+from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RecordingParameters, RunningRecording
 
 TESTS = Path(__file__).resolve().parents[1]

@@ -7,10 +7,11 @@ from typing import NamedTuple, Self
 
 from tactile_core.algorithms.circles import Circle, Start, working_scale
 from tactile_core.algorithms.dome import flat_equivalent
+from tactile_core.calibration.ball_sizes import check_ball
 from tactile_core.calibration.fitted_bundle import conditioning_for
+from tactile_core.calibration.gel_shape import dome_radius_px, thickness_of
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress
-from tactile_core.calibration.targets import check_ball, dome_radius_px, thickness_of
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Calibrator
 from tactile_core.plugins.calibrators import calibrator_of

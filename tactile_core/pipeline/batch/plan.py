@@ -13,8 +13,8 @@ from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.pipeline.batch.recording_job import RecordingJob
+from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.playback import images_per_observation
-from tactile_core.pipeline.sensor import FIRST
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

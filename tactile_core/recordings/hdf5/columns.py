@@ -19,6 +19,9 @@ from tactile_core.recordings.recorder import RecordedImage
 IMAGES, READINGS, ROWS = "images/", "readings/", "reading_of/"
 """Groups: images, values of readings, and the number of the reading of each row of values."""
 
+JSON = "readings_json", "quantities_json"
+"""Columns of bytes: the line of a reading, and the description of its arrays."""
+
 LEVELS = IMAGES + "levels/"
 """Group with a column for each light."""
 
@@ -130,8 +133,9 @@ class ReadingColumns:
         arrays = arrays_of(quantities, mm_per_px=mm_per_px, guard=self._guard)
         description = arrays.pop(DESCRIPTION).tobytes()
         units = _units(json.loads(description))
-        self._file.append_bytes("readings_json", json.dumps(reading.summary(self._guard)).encode())
-        self._file.append_bytes("quantities_json", description)
+        line = json.dumps(reading.summary(self._guard)).encode()
+        for column, content in zip(JSON, (line, description), strict=True):
+            self._file.append_bytes(column, content)
         frame = reading.frame
         for name, value, unit in (
             ("frame_timestamp_s", frame.timestamp_s, "s"),

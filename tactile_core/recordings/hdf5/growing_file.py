@@ -9,15 +9,22 @@ end of each row in another, and a new column makes the file leave the mode for a
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from tactile_core.errors import InputError
+from tactile_core.recordings.hdf5.incomplete_file import (
+    HEADER_BYTES,
+    IncompleteFile,
+    end_of_file,
+    is_being_written,
+    is_header,
+)
 
 if TYPE_CHECKING:
     import h5py
@@ -36,12 +43,6 @@ _CHUNK_BYTES = 1 << 13
 
 _LONG_CHUNK_BYTES = 1 << 16
 """Size of a chunk of a column of bytes."""
-
-_SIGNATURE, _HEADER_BYTES, _FLAGS, _END_OF_FILE = b"\x89HDF\r\n\x1a\n", 48, 11, slice(28, 36)
-"""The file's header (superblock of version 3): its beginning, size and two of its fields."""
-
-_BEING_WRITTEN = 1
-"""Bit of the flags in the header."""
 
 _WAITING_BYTES = 1 << 24
 """Rows in memory that are written without waiting for a flush, bytes."""
@@ -68,7 +69,9 @@ def import_h5py() -> Any:
 
 
 def open_growing(path: Path) -> h5py.File:
-    """Open a file to read it, even while it grows or after its writer was killed.
+    """Open a file to read it, even while it grows, after its writer was killed, or truncated.
+
+    What is missing or was not completely written raises an OSError only when it is read.
 
     Raises
     ------
@@ -81,24 +84,30 @@ def open_growing(path: Path) -> h5py.File:
     except FileNotFoundError:
         raise InputError(f"there is no file {path}") from None
     except OSError as error:
-        if not _is_growing(path):
+        if (file := _opened_incomplete(path)) is None:
             raise InputError(
                 f"{path} is not a readable HDF5 file ({error}); copy or record it again"
             ) from None
-    return h5py.File(path, "r", libver="latest", swmr=True, locking=False)
+    return file
 
 
-def _is_growing(path: Path) -> bool:
-    """Whether a file was not closed, and is no shorter than its header says.
+def _opened_incomplete(path: Path) -> h5py.File | None:
+    """Open a file that HDF5 refuses as it is; None if it is damaged, or no HDF5 file.
 
-    HDF5 would wait for minutes for the writer of a truncated file to write the rest.
+    HDF5 would wait for minutes for the writer of a truncated file to write the rest, and refuses
+    one whose writer was killed while it made a new column.
     """
-    with path.open("rb") as file:
-        header = file.read(_HEADER_BYTES)
-    if len(header) < _HEADER_BYTES or not header.startswith(_SIGNATURE):
-        return False
-    end = int.from_bytes(header[_END_OF_FILE], "little")
-    return bool(header[_FLAGS] & _BEING_WRITTEN) and path.stat().st_size >= end
+    h5py = import_h5py()
+    with path.open("rb") as opened:
+        header = opened.read(HEADER_BYTES)
+    if not is_header(header):
+        return None
+    with suppress(OSError):
+        if is_being_written(header) and path.stat().st_size >= end_of_file(header):
+            return h5py.File(path, "r", libver="latest", swmr=True, locking=False)
+    with suppress(OSError):
+        return h5py.File(IncompleteFile(path), "r")
+    return None
 
 
 class _Column(NamedTuple):
@@ -137,6 +146,17 @@ class GrowingFile:
     def describe(self, attributes: Mapping[str, str | int]) -> None:
         """Set attributes of the file; only before anything is flushed."""
         self._opened.attrs.update(attributes)
+
+    def reserve(self, groups: Iterable[str], columns: Mapping[str, DTypeLike]) -> None:
+        """Create groups, and columns without rows.
+
+        A truncated file has lost a group that grew after its end, with all that was in it.
+        """
+        self._leave_swmr()
+        for name in groups:
+            self._opened.create_group(name)
+        for name, dtype in columns.items():
+            self._create(name, _Column([np.empty(0, dtype)], 0, {}, compressed=False))
 
     def put(self, name: str, data: bytes) -> None:
         """Write bytes that are complete, as a dataset of uint8."""

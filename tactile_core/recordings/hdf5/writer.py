@@ -11,8 +11,15 @@ import numpy as np
 
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Reference
-from tactile_core.recordings.hdf5.columns import ImageColumns, ReadingColumns
-from tactile_core.recordings.hdf5.growing_file import GrowingFile
+from tactile_core.recordings.hdf5.columns import (
+    IMAGES,
+    JSON,
+    READINGS,
+    ROWS,
+    ImageColumns,
+    ReadingColumns,
+)
+from tactile_core.recordings.hdf5.growing_file import END, GrowingFile
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import reference_bytes, session_files
 
@@ -24,6 +31,10 @@ SESSION, REFERENCES = "session/", "references/"
 
 EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
 """Columns: each event as JSON, the number of images before it, and a row at the very end."""
+
+
+READINGS_THERE = "readings_there"
+"""Column: how many readings all other columns hold, each time that the file was flushed."""
 
 
 class Hdf5Writer(RecordingWriter):
@@ -42,11 +53,12 @@ class Hdf5Writer(RecordingWriter):
     def open(self, session: RecordedSession) -> None:
         """Create the file and write the session."""
         file = self._file = GrowingFile(self.path)
+        file.reserve([SESSION, REFERENCES, IMAGES, READINGS, ROWS], _columns())
         file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
         for name, content in session_files(session).items():
             file.put(SESSION + name, content)
         self._images, self._readings = ImageColumns(file), ReadingColumns(file)
-        self._image_count = 0
+        self._image_count = self._reading_count = self._readings_there = 0
         file.flush()
 
     def write_image(self, recorded: RecordedImage) -> None:
@@ -67,10 +79,16 @@ class Hdf5Writer(RecordingWriter):
     def write_reading(self, reading: Reading) -> None:
         """Write the quantities of a reading and the line of ``tactile run --json``."""
         self._readings.write(reading)
+        self._reading_count += 1
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
         self._opened.flush()
+        if self._reading_count > self._readings_there:
+            # columns are written one by one, so that a kill leaves some shorter than others
+            self._readings_there = self._reading_count
+            self._opened.append(READINGS_THERE, np.array([self._readings_there], np.int64))
+            self._opened.flush()
 
     def close(self) -> None:
         """Complete the file and close it."""
@@ -84,3 +102,10 @@ class Hdf5Writer(RecordingWriter):
         if self._file is None:
             raise OSError(f"{self.path} is not open")
         return self._file
+
+
+def _columns() -> dict[str, str]:
+    """Return the type of each column outside groups."""
+    of_bytes = dict.fromkeys((EVENTS, *JSON), "u1")
+    ends = {name + END: "i8" for name in of_bytes}
+    return {**of_bytes, **ends, BEFORE: "i8", READINGS_THERE: "i8", FINISHED: "?"}

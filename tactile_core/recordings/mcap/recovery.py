@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.unfinished import temporary_path
 from tactile_core.recordings.mcap.records import (
     ATTACHMENT,
     CHANNEL,
@@ -20,42 +19,27 @@ from tactile_core.recordings.mcap.records import (
 from tactile_core.recordings.mcap.topics import PROFILE, mcap_library
 
 
-class Recovered(NamedTuple):
-    """What was recovered.
-
-    Attributes
-    ----------
-    path : Path
-    messages : int
-    """
-
-    path: Path
-    messages: int
-
-
-def recover(path: Path, out: Path | None = None) -> Recovered:
-    """Write every complete message of an interrupted recording to a new, indexed file.
+def copy_complete(path: Path, fresh: Path) -> int:
+    """Copy every complete message of an interrupted file.
 
     Parameters
     ----------
-    path : Path
-        An MCAP file; it stays as it is.
-    out : Path, optional
-        Default: next to it, as ``NAME.recovered.mcap``.
+    path, fresh : Path
+
+    Returns
+    -------
+    int
+        Messages.
 
     Raises
     ------
     InputError
-        The file is complete, is no MCAP file, or ``out`` exists.
+        The file is complete, or is no MCAP file.
     OSError
-        The disk is full or not writable; nothing is left behind.
+        The disk is full or not writable.
     """
-    out = path.with_suffix(f".recovered{path.suffix}") if out is None else out
-    if out.exists():
-        raise InputError(f"{out} already exists; move it away or name another --out")
     library = mcap_library("mcap.writer")
     records = McapRecords(path)
-    fresh = temporary_path(out)
     try:
         if any(record.kind == FOOTER for record in records):
             raise InputError(f"{path} is complete; there is nothing to recover")
@@ -64,13 +48,11 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
             writer.start(PROFILE)
             messages = _copied(records, writer)
             writer.finish()
-        fresh.rename(out)
     except (ValueError, LookupError) as error:
         raise InputError(f"{path} is damaged in the middle; recover an earlier copy") from error
     finally:
         records.close()
-        fresh.unlink(missing_ok=True)
-    return Recovered(out, messages)
+    return messages
 
 
 def _copied(records: McapRecords, writer: Any) -> int:

@@ -108,6 +108,15 @@ def test_a_killed_process_is_said_in_words_and_the_session_is_not_lost(
         play(hand, guided, most=len(hand.attempts) + 4)
 
 
+def test_a_killed_fit_is_said_in_words(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def killed(self: AtOnce, *given: Any, **options: Any) -> Any:
+        raise BrokenProcessPool("a child process terminated abruptly")
+
+    monkeypatch.setattr(AtOnce, "run", killed)
+    with pytest.raises(ChildProcessError, match=r"killed.*'tactile calibrate --presses'"):
+        session.guided.finish()
+
+
 def test_a_light_that_has_changed_is_reported(session: Session) -> None:
     hand = session.hand
     brighter = average(list(hand.idle(3)))

@@ -1,0 +1,68 @@
+"""The reference with which a sensor begins."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tactile_core.acquisition.acquisition import average
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.pipeline.frame_source import FrameSource
+from tactile_core.pipeline.playback import read_reference
+from tactile_core.pipeline.warming import warm_up
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Reference
+
+FIRST = "first"
+"""Value of ``reference``: use the first frame and mark every reading as relative."""
+
+
+class InitialReference:
+    """The reference as the user gave it, or that of a recording; the bundle's if there is neither.
+
+    Parameters
+    ----------
+    profile : Profile
+    given : Reference, path, "first" or None
+    recorded : Reference or None
+        That of the recording that is measured.
+    """
+
+    def __init__(
+        self, profile: Profile, given: Reference | Path | str | None, recorded: Reference | None
+    ) -> None:
+        self._profile = profile
+        self.is_given = given is not None
+        self._wanted = recorded if given is None else given
+
+    @property
+    def is_first(self) -> bool:
+        """Whether it is the sensor's first frame."""
+        return isinstance(self._wanted, str | Path) and str(self._wanted) == FIRST
+
+    def known(self) -> Reference | None:
+        """Return it, as far as it is known before the sensor is open; a file is read once.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read.
+        """
+        if isinstance(self._wanted, str | Path) and not self.is_first:
+            self._wanted = read_reference(self._profile, Path(self._wanted))
+        return self._wanted if isinstance(self._wanted, Reference) else None
+
+    def of(self, source: FrameSource) -> Reference | None:
+        """Return it, from the first frame of an open sensor if that is wanted.
+
+        Raises
+        ------
+        InputError
+            The file cannot be read, or there is no frame.
+        """
+        if not self.is_first:
+            return self.known()
+        return Reference(**{**vars(average([source.first()])), "relative": True})
+
+    def warm(self, bundle: Bundle | None) -> tuple[str, ...]:
+        """Load code with it before a camera is opened, and return notes for the user."""
+        return warm_up(self._profile, bundle, self.known(), first=self.is_first)

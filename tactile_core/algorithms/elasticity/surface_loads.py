@@ -78,7 +78,7 @@ class Deformation(NamedTuple):
         """
         rows, columns = self.contact.shape
         x, y = np.meshgrid(*(np.arange(size, dtype=np.float32) for size in (columns, rows)))
-        way = self.shift_mm / np.float32(cell_mm)
+        way = (self.shift_mm / cell_mm).astype(np.float32)
 
         def there(plane: Array) -> Array:
             values = plane.astype(np.float32, copy=False)
@@ -88,7 +88,9 @@ class Deformation(NamedTuple):
         # the displacement there is that of the material there, nearly: one step of a fixed point
         way = np.stack([there(plane) for plane in way])
         contact = there(self.contact)
-        return Deformation(there(self.indentation_mm), way * cell_mm, self.valid, contact)
+        return Deformation(
+            there(self.indentation_mm), way * np.float32(cell_mm), self.valid, contact
+        )
 
 
 class Shares(NamedTuple):

@@ -11,7 +11,8 @@ from pydantic import BaseModel, Field, PositiveFloat
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.layer_fit import FittedLayer, LayerFit
+from tactile_core.algorithms.elasticity.layer_fit import LayerFit
+from tactile_core.algorithms.elasticity.load_errors import load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
 from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, TimeStep
 from tactile_core.errors import InputError
@@ -29,7 +30,7 @@ from tactile_core.quantities.on_demand import grid_of
 
 
 class ElasticForceParameters(NamedTuple):
-    """Parameters of the grid and of the errors. Nothing sets them from outside.
+    """Parameters of the grid, and of a touch that is not found. Nothing sets them from outside.
 
     Attributes
     ----------
@@ -43,16 +44,6 @@ class ElasticForceParameters(NamedTuple):
     samples_per_cell : float, count
         Samples of a mask along the side of a cell, at least.
         Source: chosen by hand: a border is then right by a hundredth of the cell.
-    error : float, share
-        Standard deviation of a component, relative to its size, for a gel that is known exactly:
-        errors of height, contact and traction.
-        Source: virtual rigs (``experiments/elastic_force.py``).
-    alike : float, thicknesses
-        Displacement that the layer does not explain is alike within this distance.
-        Source: virtual rigs: shear force while an object is pressed straight down.
-    least_n : float, N
-        Least standard deviation of a force.
-        Source: virtual rigs: as above, for the lightest touches.
     unnoticed_n : float, N
         Standard deviation of the force without contact: a lighter touch is not found.
         Source: virtual rigs: a ball of 12 mm is found from 0.06 N on.
@@ -61,9 +52,6 @@ class ElasticForceParameters(NamedTuple):
     cells_per_thickness: float = 4.5
     margin: float = 1.6
     samples_per_cell: float = 6.0
-    error: float = 0.05
-    alike: float = 0.8
-    least_n: float = 0.001
     unnoticed_n: float = 0.03
 
 
@@ -159,7 +147,8 @@ class ElasticForce(Estimator):
         if measured.contact.any():
             shares = Shares.of(measured.contact, self._cell_mm)
             fit = self._layer_fit.fit(measured, shares)
-            self._last, variance = fit.loads.resultant, self._variance(fit, measured)
+            self._last = fit.loads.resultant
+            variance = load_variance(fit, measured, self._cell_mm, self._tolerance)
             pressure[:] = fit.loads.pressure_mpa
             shear[:] = np.moveaxis(fit.loads.traction_mpa(shares), 0, 2)
         stress = ContactStress(pressure, shear, contact.mask, height.mm_per_px, height.timestamp_s)
@@ -179,8 +168,9 @@ class ElasticForce(Estimator):
         moved = np.concatenate([moved, shrunk(cells_mm, self._size)[None]])
         if follows:
             moved = self._relaxed(moved, height.timestamp_s)
-        valid, touching = (_mostly(mask, self._size) for mask in (displacement.valid, contact.mask))
-        return Deformation(moved[2], moved[:2], valid, touching)
+        valid, touching = (_shares(mask, self._size) for mask in (displacement.valid, contact.mask))
+        seen = Deformation(moved[2], moved[:2], valid > 0.5, touching)
+        return seen.of_material(self._cell_mm)
 
     def _relaxed(self, moved: np.ndarray, time_s: float) -> np.ndarray:
         """Return the displacement that the same loads cause after relaxation."""
@@ -192,30 +182,18 @@ class ElasticForce(Estimator):
         self._time_s = time_s
         return self._memory.relaxed_mm(self._branches).astype(np.float32)
 
-    def _variance(self, fit: FittedLayer, measured: Deformation) -> np.ndarray:
-        """Return that of the resultant."""
-        known = ELASTIC_FORCE.error**2 + self._tolerance**2
-        variance = known * fit.loads.resultant**2 + np.diag(fit.covariance)
-        variance += self._squared(ELASTIC_FORCE.least_n)
-        if measured.valid.any():
-            unexplained = float((fit.loads.unexplained_mm[:, measured.valid] ** 2).mean())
-            alike_mm = ELASTIC_FORCE.alike * fit.elastomer.thickness_mm
-            cells = max(1.0, (alike_mm / self._cell_mm) ** 2)
-            variance += cells * unexplained * np.diag(fit.loads.covariance)
-        return variance
-
     def _squared(self, force_n: float) -> np.ndarray:
         """Return the variance of a resultant whose forces have this standard deviation."""
         arm_mm = self._size[0] * self._cell_mm / 4
         return np.array([force_n, force_n, force_n, force_n * arm_mm]) ** 2
 
 
-def _mostly(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Return the cells, (rows, columns), of which more than half is in a mask of the image."""
+def _shares(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Return the share of each cell, (rows, columns), that is in a mask of the image."""
     per_cell_px = min(whole / part for whole, part in zip(mask.shape[::-1], size, strict=True))
     step_px = max(1, int(per_cell_px / ELASTIC_FORCE.samples_per_cell))
     samples = mask[step_px // 2 :: step_px, step_px // 2 :: step_px].astype(np.uint8)
-    return np.asarray(shrunk(samples * np.uint8(255), size) > 127)
+    return np.asarray(shrunk(samples * np.uint8(255), size) / np.float32(255))
 
 
 def _cells(size_px: tuple[int, int], per_cell_px: float) -> tuple[int, int]:

@@ -65,6 +65,68 @@ def test_a_pressure_comes_back_from_its_indentation(
     assert not found[~CONTACT].any()
 
 
+@pytest.mark.parametrize("radius_mm", [0.7, 0.9, 1.3])
+@pytest.mark.parametrize("middle_mm", [(0.0, 0.0), (0.11, 0.05)])
+def test_a_border_that_runs_through_cells_takes_no_force(
+    radius_mm: float, middle_mm: tuple[float, float]
+) -> None:
+    finer, cell_mm = 4, 0.44
+    fine_mm, (rows, columns) = cell_mm / finer, (30, 40)
+    fine = ElasticLayer(Grid(columns * finer * 2, rows * finer * 2, fine_mm), GEL, np.float64)
+    x = from_middle(columns * finer) * fine_mm - middle_mm[0]
+    y = from_middle(rows * finer) * fine_mm - middle_mm[1]
+    square = 1 - (x**2 + y[:, None] ** 2) / radius_mm**2
+    acting = 0.1 * np.sqrt(np.maximum(square, 0))
+
+    def averaged(plane: np.ndarray) -> np.ndarray:
+        return plane.reshape(rows, finer, columns, finer).mean((1, 3))
+
+    coarse = ElasticLayer(Grid(2 * columns, 2 * rows, cell_mm), GEL, np.float64)
+    height, share = averaged(fine.indentation(acting)), averaged(1.0 * (square > 0))
+    found = pressure_mpa(coarse, height, share).sum() * cell_mm**2
+    assert found == pytest.approx(acting.sum() * fine_mm**2, rel=0.025)
+
+
+def test_a_pressure_is_found_from_any_start(layer: ElasticLayer, pressure: np.ndarray) -> None:
+    height = layer.indentation(pressure)
+    found = pressure_mpa(layer, height, CONTACT)
+    again = pressure_mpa(layer, height, CONTACT, 2 * found)
+    assert again.sum() == pytest.approx(found.sum(), rel=0.01)
+    np.testing.assert_array_equal(pressure_mpa(layer, height, CONTACT, found), found)
+
+
+def test_a_contact_that_sticks_holds_the_gel_back(layer: ElasticLayer) -> None:
+    """Inward traction lifts the surface, so that less indentation is left for the pressure."""
+    pressure = 0.1 * CONTACT
+    inward = -0.04 * np.stack([X - 1, Y + 0.5]) / 2.5 * CONTACT
+    moved = layer.displacement(inward, pressure)
+    measured = Deformation(moved[2], moved[:2], EVERYWHERE, CONTACT)
+    shares = Shares.of(CONTACT, CELL_MM)
+    true_n = pressure.sum() * CELL_MM**2
+    found, errors = None, []
+    for _ in range(4):
+        found = surface_loads(layer, measured, shares, CELL_MM, start=found)
+        errors.append(abs(found.resultant[2] / true_n - 1))
+    assert errors[0] > 0.08
+    assert errors[1] < 0.5 * errors[0]
+    assert errors[-1] < 0.03
+
+
+def test_a_place_of_the_image_shows_the_material_that_moved_there() -> None:
+    stretch = 0.03 * np.stack([X, Y])  # of the image's places, by 3 % of the distance
+    radius = np.hypot(X, Y)
+    seen = Deformation(radius, stretch, EVERYWHERE, 1.0 * (radius < 3.0))
+    found = seen.of_material(CELL_MM)
+    inside = radius < 4.0
+    # material at X moved to x with x − 0.03 x = X
+    np.testing.assert_allclose(
+        found.indentation_mm[inside], radius[inside] / 0.97, atol=0.01, rtol=0.005
+    )
+    np.testing.assert_allclose(found.shift_mm[:, inside], stretch[:, inside] / 0.97, atol=0.003)
+    area = found.contact.sum() / seen.contact.sum()
+    assert area == pytest.approx(0.97**2, abs=0.01)
+
+
 def test_a_traction_comes_back_beside_the_spread_of_the_pressure(
     layer: ElasticLayer, pressure: np.ndarray
 ) -> None:

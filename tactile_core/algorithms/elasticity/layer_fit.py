@@ -11,7 +11,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Array, Bool, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.elastomer import Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
@@ -135,12 +135,14 @@ class LayerFit:
         """
         beside = measured.valid & ~_grown(measured.contact)
 
-        def tried(layer: ElasticLayer, held_mm2: float | None = None) -> _Trial:
+        def tried(
+            layer: ElasticLayer, start: SurfaceLoads | None, held_mm2: float | None = None
+        ) -> _Trial:
             cell_mm = self._grid.spacing_mm
-            loads = surface_loads(layer, measured, shares, cell_mm, held_mm2=held_mm2)
+            loads = surface_loads(layer, measured, shares, cell_mm, start=start, held_mm2=held_mm2)
             return _Trial(layer.elastomer, loads, loads.unexplained_mm[:, beside].ravel())
 
-        last, *others = (tried(layer) for layer in self._layers)
+        last, *others = (tried(layer, None) for layer in self._layers)
         slopes, forces = (
             np.stack([(one - former) / by for one, by in zip(stepped, _STEPS, strict=True)])
             for former, stepped in (
@@ -158,7 +160,7 @@ class LayerFit:
             down = weight * slopes @ last.residual_mm + self._prior @ way
             way = np.clip(way - np.linalg.solve(precision, down), *self._bounds)
             ends = step + 1 == LAYER_FIT.steps
-            last = tried(self._layer(way), held_mm2 if ends else None)
+            last = tried(self._layer(way), last.loads, held_mm2 if ends else None)
         covariance = forces.T @ np.linalg.inv(precision) @ forces
         return FittedLayer(last.elastomer, last.loads, covariance)
 
@@ -189,7 +191,7 @@ def _held_mm2(measured: Deformation, weight: float) -> float | None:
     """Return how firmly the height holds the pressure; None if no displacement is measured."""
     if weight == 0:
         return None
-    mean_mm = float(measured.indentation_mm[measured.contact].mean())
+    mean_mm = float(np.average(measured.indentation_mm, weights=measured.contact))
     error = LAYER_FIT.light_error / max(1.0, mean_mm / LAYER_FIT.light_mm) ** 2
     return 1 / (weight * error**2)
 
@@ -202,6 +204,7 @@ def _ratio(softness: float) -> float:
     return (1 + LAYER_FIT.softness - float(np.exp(softness))) / 2
 
 
-def _grown(contact: Bool) -> Bool:
+def _grown(contact: Bool | Float32) -> Bool:
     """Return the contact and the cells next to it, where the measured border is uncertain."""
-    return np.asarray(cv2.dilate(contact.astype(np.uint8), np.ones((3, 3), np.uint8)), np.bool_)
+    touching = (contact > 0.5).astype(np.uint8)
+    return np.asarray(cv2.dilate(touching, np.ones((3, 3), np.uint8)), np.bool_)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.places import from_middle
@@ -55,13 +56,41 @@ class Deformation(NamedTuple):
         Displacement along x and y.
     valid : (h, w) bool
         Where the displacement is measured.
-    contact : (h, w) bool
+    contact : (h, w) bool or float32
+        Share of each cell that is in contact.
     """
 
     indentation_mm: Array
     shift_mm: Array
     valid: Bool
-    contact: Bool
+    contact: Bool | Float32
+
+    def of_material(self, cell_mm: float) -> Deformation:
+        """Return what is measured at a place of the image for the material that moved there.
+
+        Linear elasticity refers to the undeformed surface. In a deep press the image shows the
+        contact larger than it was by what the surface spread.
+
+        Parameters
+        ----------
+        cell_mm : float
+            Side of a cell.
+        """
+        rows, columns = self.contact.shape
+        x, y = np.meshgrid(*(np.arange(size, dtype=np.float32) for size in (columns, rows)))
+        way = (self.shift_mm / cell_mm).astype(np.float32)
+
+        def there(plane: Array) -> Array:
+            values = plane.astype(np.float32, copy=False)
+            linear, nearest = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+            return cv2.remap(values, x + way[0], y + way[1], linear, borderMode=nearest)
+
+        # the displacement there is that of the material there, nearly: one step of a fixed point
+        way = np.stack([there(plane) for plane in way])
+        contact = there(self.contact)
+        return Deformation(
+            there(self.indentation_mm), way * np.float32(cell_mm), self.valid, contact
+        )
 
 
 class Shares(NamedTuple):
@@ -70,7 +99,8 @@ class Shares(NamedTuple):
     Attributes
     ----------
     planes : (n, h, w) float32
-        Powers of x and y, relative to the middle and size of the contact; 0 outside it.
+        Powers of x and y, relative to the middle and size of the contact, times its share of the
+        cell.
     arms : (3, 2 n) float64
         Force along x, along y (mm²) and torque (mm³) of each plane as a traction of 1 along x, then
         of each along y.
@@ -80,13 +110,9 @@ class Shares(NamedTuple):
     arms: Float64
 
     @classmethod
-    def of(cls, contact: Bool, cell_mm: float) -> Shares:
-        """Return the polynomials of a contact on cells of this side."""
-        rows, columns = np.nonzero(contact)
-        y, x = (
-            (np.arange(size) - found.mean()) / max(float(found.std()), 1.0)
-            for size, found in zip(contact.shape, (rows, columns), strict=True)
-        )
+    def of(cls, contact: Bool | Float32, cell_mm: float) -> Shares:
+        """Return the polynomials of a contact, as the share of each cell, on cells of this side."""
+        y, x = (_relative(contact.sum(axis)) for axis in (1, 0))
         degree = SURFACE_LOADS.degree
         powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
         planes = np.stack([x**i * (y**j)[:, None] for i, j in powers]) * contact
@@ -126,12 +152,21 @@ class SurfaceLoads(NamedTuple):
         return np.tensordot(self.weights.reshape(2, -1), shares.planes, 1)
 
 
+def _relative(counts: Array) -> Float64:
+    """Return places along an axis, relative to the mean and standard deviation of the contact."""
+    weights = counts.astype(np.float64) / float(counts.sum())
+    places = np.arange(len(counts), dtype=np.float64)
+    places -= weights @ places
+    return np.asarray(places / max(float(np.sqrt(weights @ places**2)), 1.0))
+
+
 def surface_loads(
     response: Response,
     measured: Deformation,
     shares: Shares,
     cell_mm: float,
     *,
+    start: SurfaceLoads | None = None,
     held_mm2: float | None = None,
 ) -> SurfaceLoads:
     """Return the loads in the contact that deform the surface as measured.
@@ -139,6 +174,11 @@ def surface_loads(
     The shear traction is found by least squares, after the outward spread that the pressure causes
     has been subtracted. It is zero if no displacement is measured. How far the pressure spreads the
     surface also shows by which factor the height is wrong, if ``held_mm2`` is given.
+
+    Shear traction lifts and lowers the surface too: what sticks to a rigid object is held back
+    from escaping sideways. That part of the indentation is subtracted before the pressure is found.
+    The traction is then that of ``start``, so that each call is a step of a block Gauss–Seidel
+    iteration [1]_.
 
     Parameters
     ----------
@@ -150,11 +190,21 @@ def surface_loads(
         Of this contact.
     cell_mm : float
         Side of a cell.
+    start : SurfaceLoads, optional
+        Loads of the same or a similar layer. Default: none.
     held_mm2 : float, optional
         Variance of the displacement of a cell over that of a factor on the pressure, which is then
         fitted. Default: the pressure is that of the height.
+
+    References
+    ----------
+    .. [1] Y. Saad, "Iterative Methods for Sparse Linear Systems", SIAM, 2003, section 4.1.
     """
-    pressure = pressure_mpa(response, measured.indentation_mm, measured.contact)
+    indentation, before = measured.indentation_mm, None
+    if start is not None:
+        before = start.pressure_mpa
+        indentation = indentation - response.bulge(start.traction_mpa(shares))
+    pressure = pressure_mpa(response, indentation, measured.contact, before)
     spread = response.spread(pressure)
     count, columns = len(shares.planes), np.flatnonzero(measured.valid)
     left = np.where(measured.valid, measured.shift_mm - spread, 0)
@@ -182,18 +232,28 @@ def surface_loads(
     return SurfaceLoads(pressure, weights[: 2 * count], resultant, left, arms @ inverse @ arms.T)
 
 
-def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Array:
+def pressure_mpa(
+    response: Response,
+    indentation_mm: Array,
+    contact: Bool | Float32,
+    start_mpa: Array | None = None,
+) -> Array:
     """Return the pressure in the contact that indents the surface as measured.
 
-    Outside the contact there is none, so that the rest of the surface need not be known. Found by
-    conjugate gradients [1]_ on the damped compliance.
+    Outside the contact there is none, so that the rest of the surface need not be known. A cell
+    counts by its share in contact, both its indentation and the damping of its pressure: a border
+    that runs through cells is then right on average. Found by conjugate gradients [1]_ on the
+    damped compliance.
 
     Parameters
     ----------
     response : Response
         Of the gel's surface, on a grid with the spacing of the cells and a margin.
     indentation_mm : (h, w)
-    contact : (h, w) bool
+    contact : (h, w) bool or float32
+        Share of each cell that is in contact.
+    start_mpa : (h, w), optional
+        A pressure in this contact from which to start. Default: none.
 
     Returns
     -------
@@ -206,16 +266,24 @@ def pressure_mpa(response: Response, indentation_mm: Array, contact: Bool) -> Ar
        based on the multi-level multi-summation and conjugate gradient techniques", Wear 231, 1999.
     """
     damping = SURFACE_LOADS.damping * response.softest
-    left = np.where(contact, indentation_mm, 0).astype(response.dtype)
-    pressure, way = np.zeros_like(left), left.copy()
-    size = first = float((left**2).sum())
+    root = np.sqrt(contact, dtype=response.dtype)
+
+    def moved(scaled: Array) -> Array:
+        return np.asarray(root * response.indentation(root * scaled) + damping * scaled)
+
+    left = root * indentation_mm.astype(response.dtype)
+    found, enough = np.zeros_like(left), SURFACE_LOADS.residual**2 * float((left**2).sum())
+    if start_mpa is not None:
+        np.divide(start_mpa, root, out=found, where=root > 0)
+        left -= moved(found)
+    way, size = left.copy(), float((left**2).sum())
     for _ in range(SURFACE_LOADS.most_steps):
-        if size <= SURFACE_LOADS.residual**2 * first:
+        if size <= enough:
             break
-        moved = (response.indentation(way) + damping * way) * contact
-        step = size / float((way * moved).sum())
-        pressure += step * way
-        left -= step * moved
+        by = moved(way)
+        step = size / float((way * by).sum())
+        found += step * way
+        left -= step * by
         former, size = size, float((left**2).sum())
         way = left + size / former * way
-    return pressure
+    return np.asarray(root * found)

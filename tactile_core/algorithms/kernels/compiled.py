@@ -1,6 +1,7 @@
 """Every kernel, by name; importing this module imports numba."""
 
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, pattern_of
+from tactile_core.algorithms.kernels.levelling import rest_area, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
@@ -44,8 +45,10 @@ __all__ = [
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
+    "rest_area",
     "rest_plane",
     "small_step",
+    "smooth_error",
     "solve_low",
     "spacing",
     "undeformed_gain",

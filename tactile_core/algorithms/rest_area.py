@@ -169,7 +169,9 @@ def smooth_error(
     if loops is not None:
         raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
         options = stiffness, raised, REST_AREA.held, REST_AREA.rounds
-        found = loops.smooth_error(coarse, trust, *options, *prepared(coarse.shape), tuple(SCREENED))
+        found = loops.smooth_error(
+            coarse, trust, *options, *prepared(coarse.shape), tuple(SCREENED)
+        )
         return np.asarray(found, np.float32)
     left, error = coarse, None
     for _ in range(REST_AREA.rounds):

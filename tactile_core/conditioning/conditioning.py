@@ -134,6 +134,4 @@ class Conditioning:
     def _drift(self) -> DriftCompensator | None:
         if self.reference is None:
             return None
-        return DriftCompensator(
-            self.reference, divides=self.compensates, compiled=self.compiled
-        )
+        return DriftCompensator(self.reference, divides=self.compensates, compiled=self.compiled)

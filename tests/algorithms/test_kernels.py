@@ -118,9 +118,9 @@ def test_slopes_agree(shape: tuple[int, int], gain: float, pitch: int) -> None:
 
     fast, plain = both_ways(
         lambda compiled: np.stack(
-            SlopeField(model, table, reference, hidden, compiled=compiled).measure(
-                pixels, hidden
-            )[:2]
+            SlopeField(model, table, reference, hidden, compiled=compiled).measure(pixels, hidden)[
+                :2
+            ]
         )
     )
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)

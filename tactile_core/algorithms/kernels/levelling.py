@@ -112,9 +112,7 @@ def smooth_error(
             for j in range(weight.shape[1]):
                 above = max(height_mm[i, j] - error[i, j], 0.0) / scale
                 weight[i, j] = stiffness * trust[i, j] / (1 + (above * above) ** 2)
-        error = _solved(
-            weight * height_mm, weight + stiffness * held, z, transforms, modes, limits
-        )
+        error = _solved(weight * height_mm, weight + stiffness * held, z, transforms, modes, limits)
     return error
 
 

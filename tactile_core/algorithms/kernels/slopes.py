@@ -53,7 +53,9 @@ def _split(pairs: Float32, nx: Float32, ny: Float32) -> None:
 def _bare_share(hidden: UInt8, below: UInt8, share: UInt8) -> None:
     for j in range(share.size):
         count = hidden[2 * j] + hidden[2 * j + 1] + below[2 * j] + below[2 * j + 1]
-        share[j] = ((np.uint16(4) - np.uint16(count)) * np.uint16(255) + np.uint16(2)) // np.uint16(4)
+        share[j] = ((np.uint16(4) - np.uint16(count)) * np.uint16(255) + np.uint16(2)) // np.uint16(
+            4
+        )
 
 
 @njit(inline="always")
@@ -92,9 +94,7 @@ def _bare_means(sums: Any, share: UInt8, least: Any, small: UInt8) -> None:
 
 
 @njit(**LOOP)
-def halved_where_bare(
-    pixels: UInt8, hidden: UInt8, least: int, share: UInt8, small: UInt8
-) -> None:
+def halved_where_bare(pixels: UInt8, hidden: UInt8, least: int, share: UInt8, small: UInt8) -> None:
     """Halve an image, averaging each cell over the pixels that no marker hides.
 
     Parameters

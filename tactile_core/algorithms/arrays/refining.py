@@ -16,7 +16,7 @@ def refined(cells: Float32) -> Float32:
     A cubic through the four nearest cells along each axis keeps the peak of a small object, which
     linear interpolation cuts off. At the border the last cell is repeated.
     """
-    return _along_rows(_along_rows(cells).T).T.copy()
+    return np.ascontiguousarray(_along_rows(_along_rows(cells).T).T)
 
 
 def _along_rows(cells: Float32) -> Float32:

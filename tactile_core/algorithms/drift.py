@@ -165,7 +165,11 @@ class ReferenceLevels:
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > bounds[0]) & self._bright
         readable &= means.max(axis=0) < bounds[1]
-        if marker_mask is not None:
+        if marker_mask is not None and halved:
+            sampled = marker_mask.take(self._places).reshape(len(self._down), -1)
+            hidden = sampled[::2] | sampled[1::2]
+            readable &= ~(hidden[:, ::2] | hidden[:, 1::2]).ravel()
+        elif marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
         return np.asarray(means[:, readable] / self._undeformed[:, readable])
 
@@ -249,8 +253,10 @@ def _undeformed_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
     gain = _modes(logs)
     for _ in range(DRIFT.rounds):
-        square = np.square(logs - gain[:, None]).sum(axis=0)
-        weight = np.square(np.maximum(1 - square / (2 * len(logs) * DRIFT.noise_log**2), 0))
+        residual = logs - gain[:, None]
+        square = np.einsum("kn,kn->n", residual, residual)
+        weight = np.maximum(1 - square / (2 * len(logs) * DRIFT.noise_log**2), 0)
+        weight *= weight
         gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
     consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
     return gain, np.count_nonzero(consistent) / logs.shape[1]

@@ -55,4 +55,5 @@ def set_to_rest(
             mm_per_px=mm_per_px,
             tilt=(plane.slope_x, plane.slope_y),
             thickness_mm=thickness_mm,
+            compiled=compiled,
         )

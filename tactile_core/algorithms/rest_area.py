@@ -11,10 +11,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.algorithms.poisson.screened import solve_screened
+from tactile_core.algorithms.poisson.screened import SCREENED, prepared, solve_screened
 from tactile_core.algorithms.slope_field import coarse_size
 
 
@@ -88,6 +89,7 @@ def height_error(
     mm_per_px: float,
     tilt: tuple[float, float] = (0.0, 0.0),
     thickness_mm: float = THICKNESS_MM,
+    compiled: bool = False,
 ) -> Float32:
     """Estimate the smooth error of a height map from its undeformed part.
 
@@ -109,6 +111,8 @@ def height_error(
         Slopes of a plane that was subtracted from the height.
     thickness_mm : float
         Thickness of the gel.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -123,11 +127,11 @@ def height_error(
     rows, columns = height_mm.shape
     size, halves = _sizes(rows, columns)
     coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
-    undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
+    undeformed = rest_area(coarse, across - tilt[0], down - tilt[1], compiled=compiled)
     cell = columns / halves[0] * mm_per_px / thickness_mm
     trust = shrunk(_distant(undeformed, REST_AREA.margin_thicknesses / cell), size)
     stiffness = (columns / size[0] * mm_per_px / thickness_mm / REST_AREA.decay_thicknesses) ** 2
-    error = smooth_error(shrunk(coarse, size), trust, stiffness)
+    error = smooth_error(shrunk(coarse, size), trust, stiffness, compiled=compiled)
     return _enlarged(error, (rows, columns))
 
 
@@ -140,7 +144,9 @@ def _sizes(rows: int, columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
     return (width, height), (times * width, times * height)
 
 
-def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
+def smooth_error(
+    height_mm: Array, trust: Array, stiffness: float, *, compiled: bool = False
+) -> Float32:
     """Solve for the smooth error of a coarse height map.
 
     Parameters
@@ -151,12 +157,22 @@ def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
         Weight of each cell as undeformed surface, 0 to 1.
     stiffness : float
         Square of a cell's side over the length in which an error vanishes.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (h, w) float32
     """
     coarse, trust = (np.asarray(array, np.float64) for array in (height_mm, trust))
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
+        options = stiffness, raised, REST_AREA.held, REST_AREA.rounds
+        found = loops.smooth_error(
+            coarse, trust, *options, *prepared(coarse.shape), tuple(SCREENED)
+        )
+        return np.asarray(found, np.float32)
     left, error = coarse, None
     for _ in range(REST_AREA.rounds):
         raised = np.maximum(left, 0) / _raised_mm(left)
@@ -167,7 +183,7 @@ def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
     return np.asarray(error, np.float32)
 
 
-def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
+def rest_area(height_mm: Array, gx: Array, gy: Array, *, compiled: bool = False) -> Bool:
     """Find the undeformed cells of a coarse height map.
 
     An undeformed part is calm, and the surface rises at its rim, where objects touch it. Flat tops
@@ -177,6 +193,8 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     ----------
     height_mm, gx, gy : (H, W)
         Means over cells; 0 at the rest surface.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -184,6 +202,11 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     """
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
     count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        images = np.asarray(part), count, height_mm, gx, gy
+        found = loops.rest_area(*images, _raised_mm(height_mm), REST_AREA.main_share)
+        return np.asarray(found, np.uint8).view(np.bool_)
     inflow = np.zeros(part.shape)
     for slopes, labels, into in ((gx, part, inflow), (gy.T, part.T, inflow.T)):
         between = 0.5 * (slopes[:, :-1] + slopes[:, 1:]) * (labels[:, :-1] != labels[:, 1:])

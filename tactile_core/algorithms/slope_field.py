@@ -98,6 +98,9 @@ class SlopeFieldParameters(NamedTuple):
     derivative_change : float, relative change
         Distance of the central differences that estimate them.
         Source: half of ``small_change``.
+    smooth_error : float, sine of the angle
+        Mean error of these derivatives from which the model counts as not smooth.
+        Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
     most_rows : int, count
         Rows of bytes that are summed up in 16 bits.
         Source: the largest sum is 2¹⁶ − 1 = 257 × 255.
@@ -112,6 +115,7 @@ class SlopeFieldParameters(NamedTuple):
     largest_step_ratio: float = 1.6
     small_change: float = 0.02
     derivative_change: float = 0.01
+    smooth_error: float = 0.00175
     most_rows: int = 257
     height_cells: int = 160 * 120
 
@@ -216,6 +220,8 @@ class SlopeField:
         """Evaluate the model on the coarse grid, (2, N)."""
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         change = change.reshape(len(self._place), -1)
+        if self._still is None:
+            return self._model(np.concatenate([change, self._place], axis=1)).T
         found = self._still.extrapolated(change)
         changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_FIELD.small_change)
         if changed.size:
@@ -302,8 +308,11 @@ class _Still(NamedTuple):
     response: Float32
 
     @classmethod
-    def of(cls, model: Model, places: Float32, channels: int) -> _Still:
-        """Evaluate a model around the reference at (N, 2) places."""
+    def of(cls, model: Model, places: Float32, channels: int) -> _Still | None:
+        """Evaluate a model around the reference at (N, 2) places.
+
+        None if it is not smooth there, as a table of few entries.
+        """
         nothing = np.zeros((len(places), channels), np.float32)
         step = np.float32(SLOPE_FIELD.derivative_change)
         response = np.empty((2, *nothing.shape), np.float32)
@@ -312,7 +321,13 @@ class _Still(NamedTuple):
             more[:, k], less[:, k] = step, -step
             change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
             response[..., k] = change.T / (2 * step)
-        return cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
+        still = cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
+        for change in (SLOPE_FIELD.small_change, -SLOPE_FIELD.small_change / 2):
+            all_alike = np.full_like(nothing, change)
+            exact = model(np.hstack([all_alike, places])).T
+            if np.abs(still.extrapolated(all_alike) - exact).mean() > SLOPE_FIELD.smooth_error:
+                return None
+        return still
 
     def extrapolated(self, change: Float32) -> Float32:
         """Return (2, N) components of the normal for small relative changes (N, K)."""

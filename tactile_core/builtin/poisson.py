@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat
 
+from tactile_core.algorithms.arrays.refining import refined
+from tactile_core.algorithms.arrays.shrinking import interpolated
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import PoissonSolver
@@ -18,7 +20,7 @@ from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.slope_models.for_reference import ForReference
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
-from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid
+from tactile_core.quantities.on_demand import Grid, grid_of, on_demand, on_grid
 
 DriftSlope = Annotated[
     NonNegativeFloat,
@@ -156,14 +158,23 @@ def height_map(
     step_px : int
         Side of a cell.
     """
+    slopes = grid_of(gradients, "x")
     return HeightMap(
-        on_grid(height_mm, step_px, grid_of(gradients, "x").shape),
+        _on_demand(Grid(height_mm, step_px, slopes.shape), averaged=step_px > slopes.step_px),
         on_demand(lambda: gradients.valid),
         gradients.mm_per_px,
         gradients.timestamp_s,
         context.rest_mm,
         on_demand(lambda: _std_cells_mm(height_mm, gradients)),
     )
+
+
+def _on_demand(grid: Grid, *, averaged: bool) -> Float32:
+    """Return a height on a grid; on the grid of averaged slopes its peaks lie between the cells."""
+    if averaged:
+        cells, step_px, shape = grid
+        return on_demand(lambda: interpolated(refined(cells), step_px // 2, shape), grid)
+    return on_grid(*grid)
 
 
 def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:

@@ -25,6 +25,7 @@ from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers import contrast_of, mask_of
 from tactile_core.algorithms.markers.spots import measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
+from tactile_core.algorithms.rest_area import height_error
 from tactile_core.algorithms.rest_surface import rest_plane
 from tactile_core.algorithms.slip.contact_motion import contact_motion
 from tactile_core.algorithms.slip.imprint import Imprint, step_between
@@ -282,6 +283,21 @@ def test_imprints_agree(seed: int, moved_px: float) -> None:
     for name in ("changed", "unexplained", "energy", "values", "variance"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=10 * AGREES)
     assert one.motion == pytest.approx(other.motion, abs=10 * AGREES)
+
+
+@needs_kernels
+@pytest.mark.parametrize("shape", [(120, 160), (97, 131), (12, 9)])
+@pytest.mark.parametrize("tilt", [0.0, 0.03])
+def test_smooth_errors_agree(shape: tuple[int, int], tilt: float) -> None:
+    y, x = np.mgrid[: shape[0], : shape[1]] * MM_PER_PX
+    height = press(shape) + 0.02 * np.cos(x / 2.9) * np.cos(y / 2.3) + tilt * x
+    gy, gx = (g.astype(np.float32) for g in np.gradient(height, MM_PER_PX))
+    fast, plain = both_ways(
+        lambda compiled: height_error(
+            height.astype(np.float32), gx, gy, mm_per_px=MM_PER_PX, compiled=compiled
+        )
+    )
+    assert fast == pytest.approx(plain, abs=AGREES * float(np.ptp(height)))
 
 
 @needs_kernels

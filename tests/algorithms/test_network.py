@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.network import train
+from tactile_core.algorithms.network import Committee, train
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +47,10 @@ def test_outputs_do_not_depend_on_the_block(samples: tuple[np.ndarray, np.ndarra
     (network,) = train(x, y, epochs=1)
     many = np.tile(x, (4, 1))
     np.testing.assert_allclose(network(many)[-5:], network(many[-5:]), atol=1e-6)
+
+
+def test_a_committee_adds_up_its_networks(samples: tuple[np.ndarray, np.ndarray]) -> None:
+    x, y = samples
+    members = [train(x, y, epochs=2, seed=seed, hidden=(8, 8)) for seed in (1, 2, 3)]
+    expected = sum(member(x) for member in members)
+    assert Committee(members)(x) == pytest.approx(expected, abs=1e-5)

@@ -10,6 +10,7 @@ from tactile_core.algorithms.kernels.displacement import (
     traction_of,
 )
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
+from tactile_core.algorithms.kernels.levelling import rest_area, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
@@ -62,9 +63,11 @@ __all__ = [
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
+    "rest_area",
     "rest_plane",
     "share_of_cells",
     "small_step",
+    "smooth_error",
     "solve_low",
     "spacing",
     "steepness_of",

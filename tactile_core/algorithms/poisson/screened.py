@@ -88,6 +88,14 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
 
 
 @lru_cache(maxsize=16)
+def prepared(shape: tuple[int, int]) -> tuple[tuple[Array, Array, Array, Array], Array]:
+    """Return the cosine transforms along both axes, their transposes, and the stiffness."""
+    down, across = (_cosines(side) for side in shape)
+    back = np.ascontiguousarray(down.T), np.ascontiguousarray(across.T)
+    return (down, across, *back), _stiffness(*shape)
+
+
+@lru_cache(maxsize=16)
 def _cosines(side: int) -> Array:
     """Orthonormal DCT-II as a (side, side) matrix."""
     k = np.arange(side)

@@ -1,0 +1,166 @@
+"""Compiled form of the smooth error of a height, :mod:`tactile_core.algorithms.rest_area`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.kernels.options import LOOP, ROW
+
+
+@njit(**ROW)
+def _product(left: Any, right: Any, out: Any) -> None:
+    for i in range(left.shape[0]):
+        for j in range(right.shape[1]):
+            out[i, j] = left[i, 0] * right[0, j]
+        for k in range(1, left.shape[1]):
+            factor = left[i, k]
+            for j in range(right.shape[1]):
+                out[i, j] += factor * right[k, j]
+
+
+@njit(**ROW)
+def _energy(gain: Any, residual: Any) -> float:
+    total = 0.0
+    for i in range(residual.shape[0]):
+        for j in range(residual.shape[1]):
+            total += residual[i, j] * gain[i, j] * residual[i, j]
+    return total
+
+
+@njit(**LOOP)
+def _solved(
+    source: Any,
+    weight: Any,
+    z: Any,
+    transforms: tuple[Any, Any, Any, Any],
+    modes: Any,
+    limits: tuple[float, int],
+) -> Any:
+    """As ``solve_screened``; ``z`` holds the coefficients of the start, then of the result."""
+    down, across, down_back, across_back = transforms
+    spare, image, change, residual = np.empty((4, *source.shape))
+    _product(down, source, spare)
+    _product(spare, across_back, residual)
+    gain = 1 / np.maximum(weight.mean() + modes, np.finfo(np.float64).tiny)
+    enough = limits[0] ** 2 * _energy(gain, residual)
+    direction, length, energy = z.copy(), 1.0, 0.0
+    for round_ in range(limits[1] + 1):
+        # the first round subtracts what the start explains
+        _product(down_back, direction, spare)
+        _product(spare, across, image)
+        image *= weight
+        _product(down, image, spare)
+        _product(spare, across_back, change)
+        change += modes * direction
+        if round_:
+            length = energy / (direction * change).sum()
+            z += length * direction
+        residual -= length * change
+        before, energy = energy, _energy(gain, residual)
+        if not energy > enough:
+            break
+        direction = gain * residual + (energy / before if round_ else 0.0) * direction
+    _product(down_back, z, spare)
+    _product(spare, across, image)
+    return image
+
+
+@njit(**LOOP)
+def smooth_error(
+    height_mm: Any,
+    trust: Any,
+    stiffness: float,
+    raised: tuple[float, float],
+    held: float,
+    rounds: int,
+    transforms: tuple[Any, Any, Any, Any],
+    modes: Any,
+    limits: tuple[float, int],
+) -> Any:
+    """Solve for the smooth error of a coarse height map.
+
+    Parameters
+    ----------
+    height_mm, trust : (h, w) float64
+        Means over cells, and their weight as undeformed surface.
+    stiffness : float
+        Square of a cell's side over the length in which an error vanishes.
+    raised : (share, least)
+        A cell is raised from this share of the greatest height on, but at least from the second
+        number in mm on.
+    held, rounds : float, int
+        See :class:`~tactile_core.algorithms.rest_area.RestAreaParameters`.
+    transforms : (down, across, their transposes)
+        Orthonormal cosine transforms, (h, h) and (w, w) float64.
+    modes : (h, w) float64
+        Factor of each coefficient when the differences to neighbours are summed.
+    limits : (tolerance, most_rounds)
+        See :class:`~tactile_core.algorithms.poisson.screened.ScreenedParameters`.
+
+    Returns
+    -------
+    (h, w) float64
+    """
+    error, z = np.zeros((2, *height_mm.shape))
+    weight = np.empty(height_mm.shape)
+    for _ in range(rounds):
+        scale = max(raised[0] * (height_mm - error).max(), raised[1])
+        for i in range(weight.shape[0]):
+            for j in range(weight.shape[1]):
+                above = max(height_mm[i, j] - error[i, j], 0.0) / scale
+                weight[i, j] = stiffness * trust[i, j] / (1 + (above * above) ** 2)
+        error = _solved(weight * height_mm, weight + stiffness * held, z, transforms, modes, limits)
+    return error
+
+
+@njit(**LOOP)
+def _outflow(slope: float, here: int, there: int, rise: Any) -> None:
+    if here != there:
+        rise[here] += 0.5 * slope
+        rise[there] -= 0.5 * slope
+
+
+@njit(**LOOP)
+def rest_area(
+    part: Any, count: int, height_mm: Any, gx: Any, gy: Any, raised_mm: float, main_share: float
+) -> Any:
+    """Find the undeformed cells; see :func:`tactile_core.algorithms.rest_area.rest_area`.
+
+    Parameters
+    ----------
+    part : (H, W) int32
+        Number of the calm part of each cell; 0 for a cell that is not calm.
+    count : int
+        Number of parts, with 0.
+    height_mm, gx, gy : (H, W)
+    raised_mm : float
+        Height from which a part is raised.
+    main_share : float
+        A part of at least this share of the image is undeformed if it is not raised.
+
+    Returns
+    -------
+    (H, W) uint8
+        1 where undeformed.
+    """
+    rows, columns = part.shape
+    rise, sizes, total = np.zeros((3, count))
+    for i in range(rows):
+        for j in range(columns):
+            here = part[i, j]
+            sizes[here] += 1
+            total[here] += height_mm[i, j]
+            if j + 1 < columns:
+                _outflow(gx[i, j] + gx[i, j + 1], here, part[i, j + 1], rise)
+            if i + 1 < rows:
+                _outflow(gy[i, j] + gy[i + 1, j], here, part[i + 1, j], rise)
+    undeformed = np.empty(part.shape, np.uint8)
+    for i in range(rows):
+        for j in range(columns):
+            here = part[i, j]
+            main = total[here] < raised_mm * sizes[here] and sizes[here] > main_share * part.size
+            undeformed[i, j] = here > 0 and (rise[here] >= 0 or main)
+    return undeformed

@@ -72,7 +72,7 @@ def touched_regions(
     noise: tuple[float, float, float, float, float],
     bands: tuple[int, int, float],
     border_mm: Any,
-) -> bool:
+) -> Any:
     """Find the cells of each region in contact, and the depth of its border.
 
     Parameters

@@ -145,14 +145,14 @@ def contact_mask(
     # the loops need whole cells, also of the height
     exact = (size[0] * shrink, size[1] * shrink) == (columns, rows) and shrink % step_px == 0
     if loops is not None and exact and min(size) > 1:
-        border_mm, spacing_mm = np.empty(coarse.shape, np.float32), shrink * mm_per_px
-        share = -1.0 if border_fraction is None else float(border_fraction)
+        borders_mm, spacing_mm = np.empty(coarse.shape, np.float32), shrink * mm_per_px
+        given = -1.0 if border_fraction is None else float(border_fraction)
         area = min_area_mm2 / spacing_mm**2
-        options = float(min_indentation_mm), share, float(min_slope), area
+        options = float(min_indentation_mm), given, float(min_slope), area
         if loops.touched_regions(
-            coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, border_mm
+            coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, borders_mm
         ):
-            loops.drawn_contact(np.ascontiguousarray(height_mm), border_mm, step_px, mask)
+            loops.drawn_contact(np.ascontiguousarray(height_mm), borders_mm, step_px, mask)
         return mask.view(bool)
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)

@@ -15,12 +15,26 @@ _NONE = np.float32(3e38)
 """A border that no height is above; finite, so that loops over rows may be reordered."""
 
 
-@njit(**EXACT_ROW)
-def _steep_row(above: Any, row: Any, below: Any, scale: Any, out: Any) -> None:
-    out[0], out[-1] = abs(below[0] - above[0]) * scale, abs(below[-1] - above[-1]) * scale
-    for j in range(1, row.size - 1):
-        along, down = (row[j + 1] - row[j - 1]) * scale, (below[j] - above[j]) * scale
+@njit(**ROW)
+def _steep_row(above: Any, left: Any, right: Any, below: Any, scale: Any, out: Any) -> None:
+    for j in range(out.size):
+        along, down = (right[j] - left[j]) * scale, (below[j] - above[j]) * scale
         out[j] = np.sqrt(along * along + down * down)
+
+
+@njit(**LOOP)
+def _steep_row_to_its_ends(above: Any, row: Any, below: Any, scale: Any, out: Any) -> None:
+    """Slopes of a row, whose ends have none along it, because they are mirrored there."""
+    out[0], out[-1] = abs(below[0] - above[0]) * scale, abs(below[-1] - above[-1]) * scale
+    _steep_row(above[1:-1], row[:-2], row[2:], below[1:-1], scale, out[1:-1])
+
+
+@njit(**EXACT_ROW)
+def _count_above(row: Any, limit: Any) -> Any:
+    count = np.int32(0)
+    for j in range(row.size):
+        count += row[j] > limit
+    return count
 
 
 @njit(**EXACT_ROW)
@@ -72,7 +86,7 @@ def touched_regions(
     noise: tuple[float, float, float, float, float],
     bands: tuple[int, int, float],
     border_mm: Any,
-) -> bool:
+) -> Any:
     """Find the cells of each region in contact, and the depth of its border.
 
     Parameters
@@ -116,7 +130,7 @@ def touched_regions(
     for i in range(height):
         # mirrored at the border of the map
         above, below = (i - 1, i + 1) if 0 < i < height - 1 else (i, i)
-        _steep_row(coarse[above], coarse[i], coarse[below], scale, slope[i])
+        _steep_row_to_its_ends(coarse[above], coarse[i], coarse[below], scale, slope[i])
         _above_row(coarse[i], np.float32(low_mm), raised[i])
     sample = slope[::sample_step, ::sample_step].copy().reshape(-1)
     steep = np.float32(max(min_slope, detection_sigmas * (quantile_of(sample, 0.25) / quartile)))
@@ -128,9 +142,8 @@ def touched_regions(
         y, first, end = runs[run]
         of = root[run]
         area[of] += end - first
-        for j in range(first, end):
-            peak_mm[of] = max(peak_mm[of], coarse[y, j])
-            flank[of] += slope[y, j] > steep
+        peak_mm[of] = max(peak_mm[of], _greatest(coarse[y, first:end]))
+        flank[of] += _count_above(slope[y, first:end], steep)
     found = 0
     for of in range(count):
         if area[of] >= min_area and peak_mm[of] > detectable_mm and flank[of] >= max(1, min_area):

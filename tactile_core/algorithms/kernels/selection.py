@@ -37,7 +37,7 @@ def _move_least(values: Any, first: int, place: int) -> None:
 
 
 @njit(**LOOP)
-def quantile_of(values: Any, share: float) -> float:
+def quantile_of(values: Any, share: float) -> Any:
     """Quantile of (N,) float32 values, none below 0, interpolated linearly.
 
     Values are counted by their bits, which are ordered as they are; only those of one bin, in which

@@ -176,7 +176,7 @@ def _reweighted(lag: Any, scale: Any, weight: Any) -> None:
 
 
 @njit(**LOOP)
-def _rms(motion: tuple[float, float, float, float], square: float) -> float:
+def _rms(motion: tuple[float, float, float, float], square: float) -> Any:
     shift_x, shift_y, cosine, sine = motion
     return np.sqrt(shift_x**2 + shift_y**2 + (cosine**2 + sine**2) * square)
 
@@ -191,7 +191,7 @@ def fitted_motion(
     max_sine: float,
     lag: Any,
     weight: Any,
-) -> tuple[float, float, float, float, float, float]:
+) -> tuple[Any, ...]:
     """Fit the rigid motion of the stick region; see ``stick_region.stick_region``.
 
     Parameters

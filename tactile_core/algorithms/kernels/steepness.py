@@ -62,7 +62,7 @@ def _steep(across: Any, down: Any, scale: Any, out: Any) -> None:
 @njit(**LOOP)
 def steepness_of(
     cells: Any, step_px: int, stride: int, spacing_mm: float, share: float, steep: Any
-) -> float:
+) -> Any:
     """Slope of a height map in the middle of each block of pixels, smoothed by Sobel's operator.
 
     Parameters

@@ -143,8 +143,8 @@ def since(
 def since_at(now: Complex64, before: Complex64, spacing_mm: float, chosen: Intp) -> Complex64:
     """Return the same at points (n,) with these flat indices."""
     at = _nodes(now.shape).reshape(1, -1, 2).take(chosen, axis=1)
-    there = (each.reshape(1, -1).take(chosen, axis=1) for each in (now, before))
-    return _moved(*there, before, at, spacing_mm)[0]
+    at_now, was_there = (each.reshape(1, -1).take(chosen, axis=1) for each in (now, before))
+    return np.asarray(_moved(at_now, was_there, before, at, spacing_mm)[0])
 
 
 def _moved(

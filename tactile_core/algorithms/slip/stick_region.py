@@ -182,7 +182,7 @@ def _looped(
 ) -> StickRegion:
     """Do the same by the compiled loop."""
     lag, weight = np.empty(len(start), np.float32), start.astype(np.float32)
-    shift_x, shift_y, sine, *rms_mm = loops.fitted_motion(
+    shift_x, shift_y, sine, motion_mm, rotation_mm, sheared_mm = loops.fitted_motion(
         parts(np.ascontiguousarray(displacement)),
         parts(np.ascontiguousarray(position)),
         noise_mm,
@@ -192,7 +192,15 @@ def _looped(
         lag,
         weight,
     )
-    return StickRegion(complex(shift_x, shift_y), math.asin(sine), *rms_mm, lag, weight)
+    return StickRegion(
+        complex(shift_x, shift_y),
+        math.asin(sine),
+        motion_mm,
+        rotation_mm,
+        sheared_mm,
+        lag,
+        weight,
+    )
 
 
 class _Contact:

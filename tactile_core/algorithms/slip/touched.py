@@ -169,11 +169,17 @@ def contact_within_ring(
     if steepest is None:
         steepest = peak(steep)
     limit = max(min_steepness, RING.edge_share * steepest)
-    gap = RING.gap
-    sides = gap, gap, gap, gap
-    ring = cv2.copyMakeBorder((steep > limit).view(np.uint8), *sides, cv2.BORDER_CONSTANT)
+    gap, above = RING.gap, (steep > limit).view(np.uint8)
+    left, top, width, height = cv2.boundingRect(above)
+    if width == 0:
+        return above.view(np.bool_)
+    # a closing stays within the box around what it closes
+    inside, sides = above[top : top + height, left : left + width], (gap, gap, gap, gap)
+    ring = cv2.copyMakeBorder(inside, *sides, cv2.BORDER_CONSTANT)
     closed = cv2.morphologyEx(ring, cv2.MORPH_CLOSE, _disc(gap))[gap:-gap, gap:-gap]
-    borders, _ = cv2.findContours(closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    borders, _ = cv2.findContours(
+        closed.copy(), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
+    )
     whole, truncated = list[Array](), list[Array]()
     for border in borders:
         if cv2.contourArea(border) >= RING.min_area:

@@ -14,6 +14,7 @@ from tactile_core.algorithms.kernels.marker_images import (
     doubled_mask,
     mean_of_channels,
 )
+from tactile_core.algorithms.kernels.marker_kinds import kinds_of
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
@@ -40,6 +41,7 @@ __all__ = [
     "fit_sums",
     "fitted",
     "forward_columns",
+    "kinds_of",
     "mean_of_channels",
     "measured_spots",
     "moved_to_present",

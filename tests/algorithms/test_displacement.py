@@ -210,7 +210,9 @@ def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distanc
         (torsion, [xy_x - xx_y, yy_x - xy_y]),
         (expansion, [xx_x + xy_y, xy_x + yy_y]),
     ):
-        np.testing.assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max())
+        # elsewhere the nearest of the periodic tractions is another one
+        here, there = (np.asarray(each)[:, 5:35, 10:55] for each in (found, expected))
+        np.testing.assert_allclose(here, there, atol=2e-3 * np.abs(there).max())
 
 
 @pytest.mark.parametrize("shape", [SHAPE, (121, 160), (120, 150)])

@@ -176,7 +176,7 @@ def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
     shear = ContactShear(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
     fields = shear.fields(contact.astype(np.float32))
     assert fields is not None
-    along_x = fields[..., :1].view(np.float32)
+    along_x = fields.total(np.array([1.0, 0.0, 0.0, 0.0])).transpose(1, 2, 0)
     truth = 0.3 * along_x / along_x[contact, 0].mean()
     markers = MARKERS[::2]
     now = markers.copy()
@@ -189,6 +189,52 @@ def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
         for mask in (None, contact)
     )
     assert with_contact < 0.5 * without
+
+
+def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distance() -> None:
+    from tactile_core.algorithms.displacement.contact_shear import ElasticFields
+    from tactile_core.algorithms.displacement.layer_response import LayerResponse
+    from tactile_core.algorithms.elasticity import Elastomer
+
+    rows, columns, side_mm = 60, 80, 0.2
+    everywhere = slice(0, rows), slice(0, columns)
+    gel = Elastomer(1.0, 1.0, 0.48)
+    layer = LayerResponse((rows, columns), everywhere, cell_mm=(side_mm, side_mm), elastomer=gel)
+    x, y = (side_mm * (np.arange(n) - n / 3).astype(np.float32) for n in (columns, rows))
+    one = np.exp(-((x - 1) ** 2) - ((y[:, None] + 0.5) ** 2) / 2).astype(np.float32)
+    uniform, by_x, by_y = (layer.displaced(t) for t in (one, one * x, one * y[:, None]))
+    (xx_x, yy_x, *_, xy_x, _, _), (xx_y, yy_y, *_, xy_y, _, _) = by_x, by_y
+    fields = ElasticFields(uniform, x, y)
+    torsion, expansion = (fields.total(strength) for strength in np.eye(4)[2:])
+    for found, expected in (
+        (torsion, [xy_x - xx_y, yy_x - xy_y]),
+        (expansion, [xx_x + xy_y, xy_x + yy_y]),
+    ):
+        # elsewhere the nearest of the periodic tractions is another one
+        here, there = (np.asarray(each)[:, 5:35, 10:55] for each in (found, expected))
+        np.testing.assert_allclose(here, there, atol=2e-3 * np.abs(there).max())
+
+
+@pytest.mark.parametrize("shape", [SHAPE, (121, 160), (120, 150)])
+def test_the_share_of_each_cell_is_that_of_its_pixels(shape: tuple[int, int]) -> None:
+    from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+
+    mask = np.random.default_rng(0).random(shape) > 0.4
+    share = CoarseGrid((12, 16), shape).share(mask)
+    if shape == SHAPE:
+        blocks = mask.reshape(12, 10, 16, 10).mean(axis=(1, 3))
+        np.testing.assert_allclose(share, blocks, atol=1e-6)
+    assert share.mean() == pytest.approx(mask.mean(), abs=0.01)
+
+
+def test_a_field_that_stays_valid_is_the_same_array() -> None:
+    ours = surface()
+    valid = ours.supported(MARKERS, ALL)
+    assert ours.supported(MARKERS + 0.1, ALL) is valid
+    assert not valid.flags.writeable
+    seen = MARKERS[:, 0] < 60
+    assert not ours.supported(MARKERS, seen).all()
+    assert ours.supported(MARKERS, ALL).all()
 
 
 def _at(field: NDArray[np.float32], points: Array) -> Array:

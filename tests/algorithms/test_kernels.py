@@ -18,12 +18,14 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.displacement import MarkedSurface
 from tactile_core.algorithms.drift import ReferenceLevels
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers import contrast_of, mask_of
-from tactile_core.algorithms.markers.spots import measured_spots
+from tactile_core.algorithms.markers.kinds import kinds_of
+from tactile_core.algorithms.markers.spots import Spots, measured_spots
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.rest_area import height_error
 from tactile_core.algorithms.rest_surface import rest_plane
@@ -196,6 +198,51 @@ def test_spots_are_numbered_alike(shape: tuple[int, int], seed: int, reach: int)
     )
     np.testing.assert_array_equal(fast.mass, plain.mass)
     np.testing.assert_array_equal(fast.truncated, plain.truncated)
+
+
+@needs_kernels
+@given(seed=seeds, count=st.integers(1, 60))
+@several
+def test_kinds_of_spots_agree(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    minor = rng.uniform(1, 3, count)
+    mass = 255 * rng.lognormal(3, 1, count)
+    spots = Spots(
+        mass,
+        rng.uniform(0, 99, (count, 2)),
+        rng.uniform(-1.5, 1.5, count),
+        np.stack([minor * rng.uniform(1, 3, count), minor], axis=1),
+        rng.integers(40, 200, count).astype(np.uint8),
+        rng.random((count, 4)) < 0.05,
+    )
+    fast, plain = both_ways(lambda compiled: kinds_of(spots, compiled=compiled))
+    for name in ("marker", "piece", "bar", "truncated"):
+        np.testing.assert_array_equal(getattr(fast, name), getattr(plain, name))
+    assert fast.half_size == pytest.approx(plain.half_size)
+    if fast.half_size > 0:
+        np.testing.assert_allclose(fast.mass, plain.mass)
+
+
+@needs_kernels
+@pytest.mark.skipif(cv2.__version__ < "5", reason="this OpenCV rounds the places of samples")
+@given(seed=seeds, unseen=st.sampled_from([0.0, 0.1]), radius_px=st.floats(0, 60))
+@several
+def test_displacements_agree(seed: int, unseen: float, radius_px: float) -> None:
+    rng = np.random.default_rng(seed)
+    markers = np.stack(np.meshgrid(np.arange(5, 160, 11), np.arange(5, 120, 11)), -1)
+    markers = markers.reshape(-1, 2) + rng.uniform(-2, 2, (165, 2))
+    y, x = np.mgrid[:120, :160]
+    contact = np.hypot(x - 70, y - 50) < radius_px
+    far = np.hypot(*(markers - [70, 50]).T)[:, None]
+    now = markers + [4, -2] * np.exp(-((far / 30) ** 2)) + rng.normal(0, 0.1, markers.shape)
+    seen = rng.random(len(markers)) >= unseen
+    fast, plain = both_ways(
+        lambda compiled: MarkedSurface(
+            markers, (120, 160), mm_per_px=0.1, compiled=compiled
+        ).measured(now, seen, contact)
+    )
+    np.testing.assert_allclose(fast.cells_mm, plain.cells_mm, atol=AGREES)
+    np.testing.assert_allclose(fast.std_cells_mm, plain.std_cells_mm, rtol=1e-4, atol=AGREES)
 
 
 @needs_kernels

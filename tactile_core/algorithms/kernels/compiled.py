@@ -17,6 +17,7 @@ from tactile_core.algorithms.kernels.marker_images import (
     doubled_mask,
     mean_of_channels,
 )
+from tactile_core.algorithms.kernels.marker_kinds import kinds_of
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
@@ -55,6 +56,7 @@ __all__ = [
     "forward_columns",
     "halved",
     "halved_where_bare",
+    "kinds_of",
     "mean_of_channels",
     "measured_spots",
     "moved_to_present",

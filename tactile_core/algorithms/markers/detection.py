@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
 from tactile_core.algorithms.markers.contrast import FULL
+from tactile_core.algorithms.markers.kinds import kinds_of
 from tactile_core.algorithms.markers.parameters import DETECTION
 from tactile_core.algorithms.markers.spots import Spots, measured_spots
 
@@ -77,7 +76,7 @@ def find_markers(
     faintest = max(DETECTION.faintest_peak * level, min_contrast * FULL)
     rim = max(1, round(DETECTION.rim_diameters * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
-    centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape)
+    centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape, compiled)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), truncated
 
@@ -92,46 +91,24 @@ def _spot_pixels(thick: UInt8, smooth: UInt8, peaks: UInt8, least: float) -> tup
     return dark, np.asarray(cv2.subtract(smooth, background), np.uint8)
 
 
-def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
+def _markers(
+    spots: Spots, pitch: float, shape: tuple[int, ...], compiled: bool
+) -> tuple[Float64, Bool]:
     """Centres (N, 2) of the spots that are markers, and whether the border truncates them."""
-    truncated = spots.truncated.any(1)
-    major, minor = spots.sigma_px.T
-    compact = major < DETECTION.max_elongation * minor
-    whole = compact & ~truncated
-    if not whole.any():
-        return np.zeros((0, 2)), np.zeros(0, np.bool_)
-    speck_mass = DETECTION.speck_mass * _weighted_median(spots.mass[whole])
-    typical = whole & (spots.mass > speck_mass)
-    mass = spots.mass / _median(spots.mass[typical])
-    area = major * minor
-    filled = spots.mass > DETECTION.min_fill * 4 * np.pi * area * spots.peak
-    peak = spots.peak / _median(spots.peak[typical])
-    marker = whole & filled & (mass > DETECTION.min_mass) & (mass < DETECTION.max_mass)
-    marker &= mass * peak > DETECTION.min_mass_times_peak
-    if marker.any():
-        # an even print has no faint markers: a faint spot in it is shading
-        faint = _quantile(peak[marker], DETECTION.faint_percentile)
-        marker &= peak > DETECTION.faintest_peak_of_print * faint
-    half_size = DETECTION.half_size_sigmas * float(np.sqrt(_median(area[typical])))
-    smallest, largest = DETECTION.piece_mass
-    piece = np.flatnonzero(~truncated & filled & (mass > smallest) & (mass < largest))
+    kinds = kinds_of(spots, compiled=compiled)
+    marker, mass, half_size = kinds.marker, kinds.mass, kinds.half_size
+    piece = np.flatnonzero(kinds.piece)
     centres = list[Float64]()
     if piece.size > 1:
         nearby = DETECTION.piece_distance * half_size
         centres, merged = _merged(spots.subset(piece), mass[piece], nearby)
         marker[piece[merged]] = False
     centres.append(spots.centres[marker])
-    bar = ~truncated & ~marker & filled
-    bar &= (mass > DETECTION.bar_mass) & (minor < DETECTION.bar_sigma * half_size)
-    if bar.any():
-        bar &= peak > DETECTION.bar_peak
-        centres += _split(spots.subset(bar), mass[bar], pitch, half_size)
-    # the visible sliver of a marker is elongated, but no longer than a marker
-    short = major < DETECTION.max_truncated_sigma * half_size
-    truncated &= (mass > DETECTION.min_truncated_mass) & (compact | short)
+    if kinds.bar.any():
+        centres += _split(spots.subset(kinds.bar), mass[kinds.bar], pitch, half_size)
     inside = sum(map(len, centres))
-    if truncated.any():
-        centres.append(_extrapolated(spots.subset(truncated), half_size, shape))
+    if kinds.truncated.any():
+        centres.append(_extrapolated(spots.subset(kinds.truncated), half_size, shape))
     found = np.concatenate(centres)
     return found, np.arange(len(found)) >= inside
 
@@ -202,26 +179,6 @@ def _typical_contrast(peaks: UInt8) -> float:
     counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
     return float(weight.searchsorted(weight[-1] / 2))
-
-
-def _weighted_median(mass: Float64) -> float:
-    """Median mass, weighted by mass: that of a marker, even among many specks."""
-    ordered = mass.copy()
-    ordered.sort()
-    total = ordered.cumsum()
-    return float(ordered[total.searchsorted(total[-1] / 2)])
-
-
-def _median(values: NDArray[Any]) -> float:
-    return _quantile(values, 0.5)
-
-
-def _quantile(values: NDArray[Any], share: float) -> float:
-    """The value that this share of the values does not exceed, without interpolation."""
-    rank = int(share * len(values))
-    values = values.copy()
-    values.partition(rank)
-    return float(values[rank])
 
 
 def _odd_length(half_length: float) -> int:

@@ -41,8 +41,9 @@ class LightParameters(NamedTuple):
     most_pixels : int, count
         Pixels per press that are drawn at random for the fit.
         Source: chosen by hand: about one per area over which the noise is correlated.
-    most_together : int, count
-        Pixels of all presses together.
+    fewest_together, most_together : int, count
+        Pixels of all presses together, as far as they are visible: with few presses more of each
+        are drawn, so that chance does not decide, with many fewer.
         Source: ADR 89.
     first_spread : float, ratio
         Deviation of a press from the light, relative to its coefficients, until it is known.
@@ -56,6 +57,7 @@ class LightParameters(NamedTuple):
     few_presses: int = 4
     many_presses: int = 12
     most_pixels: int = 400
+    fewest_together: int = 3_200
     most_together: int = 16_000
     first_spread: float = 0.5
 
@@ -231,7 +233,8 @@ def fit(
     .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
-    most = min(LIGHT.most_pixels, LIGHT.most_together // len(samples))
+    most = max(LIGHT.most_pixels, LIGHT.fewest_together // len(samples))
+    most = min(most, LIGHT.most_together // len(samples))
     place, normal, change, precision, saturated = (
         np.concatenate([getattr(s, name)[:, :most] for s in samples], axis=1)
         for name in ("place", "normal", "change", "precision", "saturated")

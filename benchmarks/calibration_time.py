@@ -1,8 +1,8 @@
 """Time of a calibration: ``python benchmarks/calibration_time.py [--presses 25] [--size 320x240]``.
 
 Renders presses of a ball on a virtual unit, and runs ``tactile calibrate`` on them in this process
-and its helpers. Prints the processor time of all and the elapsed time, without loading the code that
-rendering has loaded before, and the held-out error. Set OMP_NUM_THREADS=1.
+and its helpers. Prints the processor time of all and the elapsed time, without loading the code
+that rendering has loaded before, and the held-out error. Set OMP_NUM_THREADS=1.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.circles.centre import CENTRE, FittedCentre
 from tactile_core.algorithms.circles.circle import Circle
-from tactile_core.algorithms.circles.light import LIGHT, Light, fit, orders_for
+from tactile_core.algorithms.circles.light import Light, fit, orders_for
 from tactile_core.algorithms.circles.press_fit import FIT, PressFit, trusted
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
@@ -100,8 +100,7 @@ def find_circles(
     fades = darkens(starts)
     reasons = [start.seen(darkens=fades).why for start in starts]
     kept = [i for i, reason in enumerate(reasons) if not reason]
-    pixels = LIGHT.fewest_together // max(1, len(kept))
-    fits = {i: PressFit.of(starts[i], darkens=fades, pixels=pixels) for i in kept}
+    fits = {i: PressFit.of(starts[i], darkens=fades) for i in kept}
     # evenly spread over the recording, so that a change of the light during it is seen
     count = min(len(kept), FINDER.most_together)
     first = {kept[i] for i in np.linspace(0, len(kept) - 1, count).round().astype(int)}
@@ -165,7 +164,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
     fades = darkens(starts)
     fits = {}
     for i, (start, circle) in enumerate(zip(starts, circles, strict=True)):
-        fitted = PressFit.of(start, darkens=fades, pixels=LIGHT.fewest_together // len(starts))
+        fitted = PressFit.of(start, darkens=fades)
         change = fitted.sighting.change
         fitted.centre = change.to_working(np.asarray(circle.centre_px))
         fitted.reach = trusted(circle.contact_radius_px * change.scale, start.ball)

@@ -41,9 +41,8 @@ class LightParameters(NamedTuple):
     most_pixels : int, count
         Pixels per press that are drawn at random for the fit.
         Source: chosen by hand: about one per area over which the noise is correlated.
-    fewest_together, most_together : int, count
-        Pixels of all presses together, as far as they are visible: with few presses more of each
-        are drawn, so that chance does not decide, with many fewer.
+    most_together : int, count
+        Pixels of all presses together, at most.
         Source: ADR 89.
     first_spread : float, ratio
         Deviation of a press from the light, relative to its coefficients, until it is known.
@@ -57,7 +56,6 @@ class LightParameters(NamedTuple):
     few_presses: int = 4
     many_presses: int = 12
     most_pixels: int = 400
-    fewest_together: int = 3_200
     most_together: int = 16_000
     first_spread: float = 0.5
 
@@ -233,8 +231,7 @@ def fit(
     .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
-    most = max(LIGHT.most_pixels, LIGHT.fewest_together // len(samples))
-    most = min(most, LIGHT.most_together // len(samples))
+    most = min(LIGHT.most_pixels, LIGHT.most_together // len(samples))
     place, normal, change, precision, saturated = (
         np.concatenate([getattr(s, name)[:, :most] for s in samples], axis=1)
         for name in ("place", "normal", "change", "precision", "saturated")
@@ -270,7 +267,7 @@ def _cauchy(length: Float32) -> tuple[float, Float32]:
     """Median of the lengths of residuals, and the Cauchy weights (N,)."""
     residual = quantile(length, 0.5)
     ratio = length / np.float32(LIGHT.cauchy_residuals * residual + 1e-9)
-    return residual, 1 / (1 + ratio * ratio)
+    return residual, np.asarray(1 / (1 + ratio * ratio), np.float32)
 
 
 def residuals(predicted: Float32, change: Float32, precision: Float32, saturated: Bool) -> Float32:

@@ -109,15 +109,13 @@ class PressFit:
     reach: float
     fitted: FittedCentre | None = None
     border: Border = NO_BORDER
-    pixels: int = 0
     _draws: dict[str, _Draw] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, start: Start, *, darkens: bool, pixels: int = 0) -> Self:
-        """Start from the press alone; more pixels than usual count where so many are asked for."""
+    def of(cls, start: Start, *, darkens: bool) -> Self:
+        """Start from the press alone."""
         sighting = start.seen(darkens=darkens)
-        reach = FIT.first_reach * start.ball
-        return cls(sighting, start.ball, sighting.centre, reach, pixels=pixels)
+        return cls(sighting, start.ball, sighting.centre, FIT.first_reach * start.ball)
 
     @property
     def residual(self) -> float:
@@ -126,7 +124,7 @@ class PressFit:
 
     def samples(self) -> Samples:
         """Pixels to fit the light and the centre to."""
-        return self._drawn("light", self.reach, max(LIGHT.most_pixels, self.pixels))
+        return self._drawn("light", self.reach, LIGHT.most_pixels)
 
     def refit(self, light: Light) -> FittedCentre:
         """Fit the centre to a light, without moving."""
@@ -134,7 +132,7 @@ class PressFit:
         if shape is not BALL:
             # Around a contact the slope changes most, which determines the centre best.
             reach = self.border.radius + FIT.shape_margin * self.ball
-            samples = self._drawn("centre", reach, max(FIT.most_pixels, self.pixels))
+            samples = self._drawn("centre", reach, FIT.most_pixels)
         return fit_centre(
             samples or self.samples(),
             light,

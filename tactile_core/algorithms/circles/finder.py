@@ -199,11 +199,11 @@ def _alternate(
     orders: tuple[int, int],
     *,
     fades: bool,
-    rounds: int = FINDER.alternations,
+    rounds: int = 0,
 ) -> Light:
     """Fit the light to the centres and the centres to the light, until they converge."""
     before: Light | None = None
-    for _ in range(rounds):
+    for _ in range(rounds or FINDER.alternations):
         light = fit([f.samples() for f in fits.values()], orders, darkens=fades, before=before)
         if before is not None:
             light = replace(light, spread=before.spread, residual=before.residual)

@@ -42,7 +42,7 @@ class LightParameters(NamedTuple):
         Pixels per press that are drawn at random for the fit.
         Source: chosen by hand: about one per area over which the noise is correlated.
     most_together : int, count
-        Pixels of all presses together.
+        Pixels of all presses together, at most.
         Source: ADR 89.
     first_spread : float, ratio
         Deviation of a press from the light, relative to its coefficients, until it is known.
@@ -267,7 +267,7 @@ def _cauchy(length: Float32) -> tuple[float, Float32]:
     """Median of the lengths of residuals, and the Cauchy weights (N,)."""
     residual = quantile(length, 0.5)
     ratio = length / np.float32(LIGHT.cauchy_residuals * residual + 1e-9)
-    return residual, 1 / (1 + ratio * ratio)
+    return residual, np.asarray(1 / (1 + ratio * ratio), np.float32)
 
 
 def residuals(predicted: Float32, change: Float32, precision: Float32, saturated: Bool) -> Float32:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.levels import LEVELS
 
 
@@ -169,11 +169,7 @@ class Change:
     @cached_property
     def _planes(self) -> tuple[Float32, Float32, Bool]:
         """Values, precisions and saturation, (K, h · w) each."""
-        values, precision, saturated = (
-            np.ascontiguousarray(a.reshape(-1, a.shape[2]).T)
-            for a in (self.values, self.precision, self.saturated)
-        )
-        return values, precision, saturated
+        return _planes(self.values), _planes(self.precision), _planes(self.saturated)
 
     @cached_property
     def weighted(self) -> Float32:
@@ -253,6 +249,11 @@ def disc(
     return x + x0, y + y0
 
 
+def _planes(image: Array) -> Array:
+    """Reshape an (h, w, K) image to (K, h · w)."""
+    return np.ascontiguousarray(image.reshape(-1, image.shape[2]).T)
+
+
 def working_scale(ball_radius_px: float) -> float:
     """Working pixels per pixel for a ball of this radius."""
     return min(1.0, PRESS.ball_radius_px / ball_radius_px)
@@ -278,7 +279,7 @@ def change_of(press: PressImage, scale: float) -> Change:
     offset = noise + np.float32(PRESS.offset_share) * undeformed
     ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
     relative = noise / (undeformed + offset)
-    precision = PRESS.model_error**2 / (PRESS.model_error**2 + relative**2)
+    precision = np.asarray(1 / (1 + (relative / PRESS.model_error) ** 2), np.float32)
     return Change(
         _masked_blur(ratio, weight, PRESS.blur_px),
         precision,

@@ -180,7 +180,7 @@ class _Pixels:
         if len(pick) < PROFILE.fewest_pixels:
             return None
         x, y, r = x[pick], y[pick], r[pick]
-        xy = np.stack([x, y], 1)
+        xy = np.stack([x, y], 1).astype(np.float64)
         direction = ((xy - centre).T / (r * ball)).astype(np.float32)
         turn = np.arctan2(direction[1], direction[0]) / np.float32(2 * np.pi) + np.float32(0.5)
         place = change.place(xy).T.astype(np.float32)

@@ -241,9 +241,7 @@ class RigOptics:
         loops = kernels.chosen(self._compiled)
         if loops is not None:
             return self._chip.send(
-                photographed(
-                    loops, self._lights, shining, self._glass, mixing, self._chip, noise
-                )
+                photographed(loops, self._lights, shining, self._glass, mixing, self._chip, noise)
             )
         pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
         numbers = noise.values.reshape(-1, *self._shape)

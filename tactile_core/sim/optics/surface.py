@@ -206,9 +206,7 @@ class Membrane:
         y += (np.arange(rows, dtype=np.float32) + m)[:, None]
         moved = np.empty_like(self._at_rest)
         for texture, out in zip(self._textures, moved, strict=True):
-            cv2.remap(
-                texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101
-            )
+            cv2.remap(texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101)
         return moved
 
 
@@ -253,7 +251,9 @@ def _write_slopes(height_mm: Float32, mm_per_px: float, top: int, x: Float32, y:
     last = len(height_mm) - 1
     first, stop = max(top, 1), min(top + len(x), last)
     np.subtract(
-        height_mm[first + 1 : stop + 1], height_mm[first - 1 : stop - 1], out=y[first - top : stop - top]
+        height_mm[first + 1 : stop + 1],
+        height_mm[first - 1 : stop - 1],
+        out=y[first - top : stop - top],
     )
     if top == 0:
         y[0] = 2 * (height_mm[1] - height_mm[0])

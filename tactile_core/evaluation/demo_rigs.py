@@ -42,7 +42,7 @@ def demonstrate_rigs(
     done = 0
     with ExitStack() as processes_left:
         sources = [_stages(share, processes_left, alone=len(shares) == 1) for share in shares]
-        # shares take about equally long, so that hardly any process waits for its results to be read
+        # shares take about equally long, so hardly any process waits until it is read
         for answers in zip_longest(*sources):
             for result, results in zip(answers, found, strict=True):
                 if result is not None:

@@ -80,12 +80,13 @@ class ImageSampler:
         displacement_mm : (3, ny, nx)
             x, y and indentation of each material node.
         """
-        if self._known is None or self._known[0] is not displacement_mm:
+        known = self._known  # another thread may replace it
+        if known is None or known[0] is not displacement_mm:
             every_row, every_column = self._solutions
             moved = np.asarray(displacement_mm, np.float32)
-            known = [every_row.times(every_column.times(part.T).T) for part in moved]
-            self._known = displacement_mm, np.stack(known)
-        return self._known[1]
+            parts = [every_row.times(every_column.times(part.T).T) for part in moved]
+            self._known = known = displacement_mm, np.stack(parts)
+        return known[1]
 
     def origins(self, displacement_mm: Array) -> Float32:
         """(2, my, mx) original row and column of the material that is now at each needed node.

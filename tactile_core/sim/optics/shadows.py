@@ -191,7 +191,7 @@ def _enlarged(
         _touched(_linear(size, whole), of)
         for size, whole, of in zip(small, shape, part, strict=True)
     )
-    return Shade(rows, columns, 1 - down @ hidden @ across.T)
+    return Shade(rows, columns, np.asarray(1 - down @ hidden @ across.T, np.float32))
 
 
 def _touched(weights: Float32, part: slice) -> tuple[slice, Float32]:
@@ -206,4 +206,4 @@ def _touched(weights: Float32, part: slice) -> tuple[slice, Float32]:
 def _linear(small: int, size: int) -> Float32:
     """(size, small) weights of linear interpolation between pixel centres."""
     place = np.clip((np.arange(size) + 0.5) * (small / size) - 0.5, 0, small - 1)
-    return np.maximum(1 - abs(place[:, None] - np.arange(small)), 0).astype(np.float32)
+    return np.asarray(np.maximum(1 - abs(place[:, None] - np.arange(small)), 0), np.float32)

@@ -250,11 +250,8 @@ def _write_slopes(height_mm: Float32, mm_per_px: float, top: int, x: Float32, y:
     x *= half
     last = len(height_mm) - 1
     first, stop = max(top, 1), min(top + len(x), last)
-    np.subtract(
-        height_mm[first + 1 : stop + 1],
-        height_mm[first - 1 : stop - 1],
-        out=y[first - top : stop - top],
-    )
+    below, above = height_mm[first + 1 : stop + 1], height_mm[first - 1 : stop - 1]
+    np.subtract(below, above, out=y[first - top : stop - top])
     if top == 0:
         y[0] = 2 * (height_mm[1] - height_mm[0])
     if top + len(x) > last:

@@ -6,7 +6,7 @@ from support.virtual_rigs import QUIET, level, rig
 
 from tactile_core.errors import InputError
 from tactile_core.sim.optics import Faults, RigOptics
-from tactile_core.sim.optics.camera import Chip, crosstalk_matrix, vignette
+from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 
 WELL_E = 5000.0
 
@@ -30,6 +30,16 @@ def test_noise_grows_as_the_square_root_of_light(light: float) -> None:
 
 def test_noise_without_light_is_read_noise() -> None:
     assert spread(0.01, full_well_e=1e6, read_noise_e=1000.0) == pytest.approx(1e-3, rel=0.02)
+
+
+@pytest.mark.parametrize("from_table", [True, False])
+def test_noise_is_normal_although_it_is_rounded(from_table: bool) -> None:
+    numbers = Noise(400_000, 3, from_table=from_table).of(5, 0).values.astype(float)
+    assert numbers.mean() == pytest.approx(0, abs=0.01)
+    assert numbers.std() == pytest.approx(1, abs=0.005)
+    assert (numbers**4).mean() == pytest.approx(3, abs=0.05)
+    for apart in (1, 640):
+        assert abs(np.corrcoef(numbers[apart:], numbers[:-apart])[0, 1]) < 0.01
 
 
 @pytest.mark.parametrize("mode", ["fast", "accurate"])

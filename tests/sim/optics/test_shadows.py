@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.virtual_rigs import HEIGHT, QUIET, SCALE_MM, SHAPE, WIDTH, bump, level, rig
 
-from tactile_core.sim.optics import RigOptics
+from tactile_core.sim.optics import RigOptics, shadows
 from tactile_core.sim.optics.rig import Mode
 
 
@@ -43,3 +43,15 @@ def test_the_length_of_a_shadow_follows_from_height_and_elevation() -> None:
 def test_a_gentle_slope_casts_no_shadow() -> None:
     hill = bump(height_mm=0.2, radius_mm=3.0)
     assert darkened(0, hill).min() > 0.5
+
+
+@pytest.mark.parametrize("azimuth", [0, 130])
+def test_rays_away_from_slopes_are_not_hidden(
+    azimuth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    relief = block(0.8) + bump(height_mm=0.4, radius_mm=2.0)
+    near = darkened(azimuth, relief)
+    monkeypatch.setattr(
+        shadows, "_near_steep", lambda low, *_: tuple(slice(0, size) for size in low.shape)
+    )
+    np.testing.assert_array_equal(darkened(azimuth, relief), near)

@@ -97,9 +97,12 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
     for field in fields_of(kind):
         units[field.name] = units[field.spec.saved_as] = field.spec.unit
     for key, value in _leaves(plain(quantity.summary())):
-        unit = units.get(key, units.get(key.rpartition(".")[2]))
+        name = _named(key, kind)
+        unit = units.get(name, units.get(name.rpartition(".")[2]))
+        if unit is None:
+            unit = _unit(name) or ("" if isinstance(value, str) else _own_unit(quantity))
         featured = own or key in _FEATURED or key.startswith("wrench.")
-        yield Entry(key, _title(key), _unit(key) if unit is None else _shown(unit), value, featured)
+        yield Entry(key, _title(name), _shown(unit), value, featured)
     if kind.summary is not Quantity.summary:
         return
     for field in fields_of(kind):
@@ -113,6 +116,22 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
                 yield Entry(f"{key}.{index + 1}", f"{_title(key)} {index + 1}", unit, number, own)
         else:
             yield Entry(key, _title(key), unit, numbers, own)
+
+
+def _named(key: str, kind: type[Quantity]) -> str:
+    """Return the name of the field that a place in a row of standard deviations stands for."""
+    group, _, place = key.rpartition(".")
+    group, _, row = group.rpartition(".")
+    if row != "std" or not place.isdigit():
+        return key
+    deviations = [field.name for field in fields_of(kind) if field.spec.std_of]
+    return f"{group}.{deviations[int(place) - 1]}" if int(place) <= len(deviations) else key
+
+
+def _own_unit(quantity: Quantity) -> str:
+    """Return the unit of a quantity whose unit is not that of its class, such as a network's."""
+    unit = getattr(quantity, "unit", "")
+    return unit if isinstance(unit, str) else ""
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -12,29 +12,21 @@ from pydantic import BaseModel, Field
 from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
-from tactile_core.sim.modes import Mode
 from tactile_core.sim.script import Script
 from tactile_core.sim.stage import VirtualStage
+from tactile_core.sim.unit_options import UnitOptions
 
 _TOUCH = Path(__file__).with_name("touch.yaml")
 
 
-class VirtualOptions(Options):
+class VirtualOptions(UnitOptions):
     """Options of the virtual camera."""
 
     script: Path | None = Field(
         default=None,
         description="YAML script as for 'tactile simulate'. Default: a ball presses and leaves.",
-    )
-    seed: int = Field(
-        default=0, ge=0, description="Random seed of the virtual unit and of its noise."
-    )
-    mode: Mode = Field(
-        default="fast",
-        description="fast runs at camera rate; accurate solves the contact on a finer grid.",
     )
     loop: bool = Field(default=False, description="Restart the script when it ends.")
 

@@ -7,31 +7,18 @@ from collections import deque
 from typing import ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from tactile_core.errors import InputError
 from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
 from tactile_core.sim.hand import Hand
-from tactile_core.sim.modes import Mode
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.sim.truth import TrueState
-
-
-class HandOptions(Options):
-    """Options of the virtual camera with a hand."""
-
-    seed: int = Field(
-        default=0, ge=0, description="Random seed of the virtual unit and of its noise."
-    )
-    mode: Mode = Field(
-        default="fast",
-        description="fast runs at camera rate; accurate solves the contact on a finer grid.",
-    )
+from tactile_core.sim.unit_options import UnitOptions
 
 
 class HandCamera(Camera):
@@ -42,15 +29,15 @@ class HandCamera(Camera):
 
     Parameters
     ----------
-    options : HandOptions
+    options : UnitOptions
     profile : SensorBuild
         The sensor to simulate.
     """
 
-    Options: ClassVar[type[BaseModel]] = HandOptions
+    Options: ClassVar[type[BaseModel]] = UnitOptions
     live: ClassVar[bool] = False
 
-    def __init__(self, options: HandOptions, profile: SensorBuild) -> None:
+    def __init__(self, options: UnitOptions, profile: SensorBuild) -> None:
         super().__init__(options)
         self._settings, self._profile = options, profile
         self._stage: VirtualStage | None = None
@@ -63,7 +50,7 @@ class HandCamera(Camera):
     @classmethod
     def of(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a profile's virtual sensor."""
-        assert isinstance(options, HandOptions)
+        assert isinstance(options, UnitOptions)
         return cls(options, build)
 
     @property

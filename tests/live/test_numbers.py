@@ -12,10 +12,13 @@ from tactile_core.live.numbers import Entry, entries_of
 from tactile_core.quantities import (
     FieldSpec,
     Frame,
+    Friction,
     HeightMap,
+    NetworkOutput,
     Quantity,
     RelativeLoad,
     SlipState,
+    Wrench,
 )
 
 
@@ -67,6 +70,27 @@ def test_the_cores_numbers_have_the_units_of_their_names() -> None:
     assert found["slip.rotation_deg"].unit == "°"
     assert found["slip.state"].value == "slip"
     assert not found["slip.state"].is_number
+
+
+def test_a_force_has_named_deviations_in_the_units_of_its_parts() -> None:
+    found = entries(Wrench(0.1, 0.2, 1.5, 0.3, 0.01, 0.02, 0.03, 0.05))
+    shown = {entry.title: (entry.unit, entry.value) for entry in found.values()}
+    assert shown["wrench fz"] == ("N", 1.5)
+    assert shown["wrench fz std"] == ("N", 0.03)
+    assert shown["wrench tz std"] == ("N·mm", 0.05)
+
+
+def test_friction_is_shown_with_its_margin() -> None:
+    found = entries(Friction(0.6, 0.05, 0.2))
+    assert found["slip.friction"].value == 0.6
+    assert found["slip.margin"].value == 0.2
+
+
+def test_the_values_of_a_network_have_its_names_and_its_unit() -> None:
+    found = entries(NetworkOutput(np.array([0.5, 1.0], np.float32), ("grip", "pull"), "N"))
+    grip = found["network.values.grip"]
+    assert (grip.title, grip.unit, grip.value) == ("network values grip", "N", 0.5)
+    assert found["network.unit"].unit == ""
 
 
 def test_a_strangers_numbers_have_the_units_of_their_descriptions() -> None:

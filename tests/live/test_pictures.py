@@ -16,6 +16,7 @@ from tactile_core.live.message import Parts
 from tactile_core.live.parameters import PAGE
 from tactile_core.quantities import (
     ContactMask,
+    ContactStress,
     DisplacementField,
     FieldSpec,
     Frame,
@@ -67,6 +68,17 @@ def test_surfaces_come_first_and_what_draws_nothing_is_drawn_by_its_fields_last(
         "Gradients y",
     ]
     assert pictures.titles(layers)[1]["unit"] == "°C"
+
+
+def test_stress_has_maps_of_pressure_and_of_shear() -> None:
+    pressure, shear = np.ones(SHAPE, np.float32), np.zeros((*SHAPE, 2), np.float32)
+    stress = ContactStress(pressure, shear, np.ones(SHAPE, np.bool_), 0.1)
+    layers, faults = pictures.layers_of([stress])
+    assert faults == []
+    assert [(one.layer.title, one.layer.unit) for one in layers] == [
+        ("pressure", "MPa"),
+        ("shear stress", "MPa"),
+    ]
 
 
 def test_a_quantity_that_cannot_be_drawn_is_left_out_with_a_sentence() -> None:

@@ -36,8 +36,8 @@ class ElasticForceParameters(NamedTuple):
     ----------
     cells_per_thickness : float, count
         Cells over the thickness of the gel, which spreads what a load moves.
-        Source: virtual rigs (ADR 83): small balls press 3 % less than on cells of two thirds of the
-        size, which take half as long again.
+        Source: virtual rigs (ADR 91): twice as many change the force of light balls by 1 %, for
+        four times the cells.
     margin : float, ratio
         Size of the periodic grid over that of the view, so that no load meets its own image.
         Source: virtual rigs: the response of a bonded layer ends within two thicknesses.

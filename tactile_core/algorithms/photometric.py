@@ -39,7 +39,7 @@ class MarkerFillParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     """
 
-    fewest_cells: int = 4
+    fewest_cells: int = 6
     diameters: int = 2
     least_surface_px: float = 1e-3
 

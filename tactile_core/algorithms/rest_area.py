@@ -6,6 +6,7 @@ surface is undeformed, the height is known to be 0, which reveals this error.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -135,6 +136,7 @@ def height_error(
     return _enlarged(error, (rows, columns))
 
 
+@lru_cache(maxsize=16)
 def _sizes(rows: int, columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
     """Width and height of the grid of the error, and of that of the undeformed area, in cells."""
     times = REST_AREA.cells_per_error
@@ -167,8 +169,8 @@ def smooth_error(
     coarse, trust = (np.asarray(array, np.float64) for array in (height_mm, trust))
     loops = kernels.chosen(compiled)
     if loops is not None:
-        raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
-        options = stiffness, raised, REST_AREA.held, REST_AREA.rounds
+        from_mm = REST_AREA.raised_share, REST_AREA.least_raised_mm
+        options = stiffness, from_mm, REST_AREA.held, REST_AREA.rounds
         found = loops.smooth_error(
             coarse, trust, *options, *prepared(coarse.shape), tuple(SCREENED)
         )

@@ -322,8 +322,8 @@ class _Still(NamedTuple):
             change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
             response[..., k] = change.T / (2 * step)
         still = cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
-        for change in (SLOPE_FIELD.small_change, -SLOPE_FIELD.small_change / 2):
-            all_alike = np.full_like(nothing, change)
+        for common in (SLOPE_FIELD.small_change, -SLOPE_FIELD.small_change / 2):
+            all_alike = np.full_like(nothing, common)
             exact = model(np.hstack([all_alike, places])).T
             if np.abs(still.extrapolated(all_alike) - exact).mean() > SLOPE_FIELD.smooth_error:
                 return None

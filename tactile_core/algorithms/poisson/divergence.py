@@ -83,6 +83,6 @@ def between_cells(gx: Float32, gy: Float32, *, averaged: bool = False) -> tuple[
        section 2.9 (end corrections of the trapezoidal rule).
     """
     along, across = (ALONG_MEANS, ACROSS_MEANS) if averaged else (ALONG, np.ones(1, np.float32))
-    gx = cv2.sepFilter2D(gx, -1, along, across, borderType=cv2.BORDER_REPLICATE)
-    gy = cv2.sepFilter2D(gy, -1, across, along, borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(gx, np.float32), np.asarray(gy, np.float32)
+    x = cv2.sepFilter2D(gx, -1, along, across, borderType=cv2.BORDER_REPLICATE)
+    y = cv2.sepFilter2D(gy, -1, across, along, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(x, np.float32), np.asarray(y, np.float32)

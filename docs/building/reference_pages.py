@@ -118,6 +118,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "slip.touched",
             "slip.plane",
             "slip.stick_region",
+            "slip.contact_motion",
             "slip.sheared_contact",
             "slip.wide_contact",
             "slip.slipped_share",

@@ -253,12 +253,10 @@ class ShearedContact:
 
         Speed is per frame, not per second, because quasi-static motions have no time.
         """
-        if not self._before:
+        shortest_mm = SHEARED_CONTACT.min_window * self.window_mm
+        if not self._before or whole.motion_mm < shortest_mm:
             return
         span, moved_mm = self._recent(field, chosen)
-        shortest_mm = SHEARED_CONTACT.min_window * self.window_mm
-        if whole.motion_mm < shortest_mm:
-            return
         if moved_mm <= SHEARED_CONTACT.moved_noises * self.noise_mm:
             self._update_speed(moved_mm / span)
             return

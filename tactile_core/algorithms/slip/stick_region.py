@@ -96,7 +96,8 @@ class StickRegion:
 
     def stick_share(self, tolerance: float, noise_mm: float = STICK_REGION.noise_mm) -> float:
         """Return the share of the contact that lags by less than this share of the motion."""
-        return float(np.mean(self.lag_mm < max(tolerance * self.motion_mm, noise_mm)))
+        limit_mm = max(tolerance * self.motion_mm, noise_mm)
+        return np.count_nonzero(self.lag_mm < limit_mm) / len(self.lag_mm)
 
 
 def calm_weights(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:

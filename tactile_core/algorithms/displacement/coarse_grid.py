@@ -105,7 +105,8 @@ class CoarseGrid:
             counts = np.add.reduce(lines, axis=1, dtype=whole).view(np.uint8)
             cells = counts.reshape(rows * columns, -1).astype(np.float32)
             total = cells @ np.ones(cells.shape[1], np.float32)
-            return total.reshape(self.shape) / np.float32(height // rows * cells.shape[1])
+            pixels = np.float32(height // rows * cells.shape[1])
+            return np.asarray(total.reshape(self.shape) / pixels, np.float32)
         small = shrunk(np.negative(mask.view(np.uint8)), (columns, rows))
         return small.astype(np.float32) / np.float32(255)
 

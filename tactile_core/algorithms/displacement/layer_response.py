@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Array, Complex64, Float32, Float64
+from tactile_core.algorithms.arrays.types import Complex64, Float32, Float64
 from tactile_core.algorithms.elasticity import Elastomer
 
 EVEN, COMPONENTS = 4, 7
@@ -86,7 +86,9 @@ def _weighted(waves: Float64) -> Float64:
     return np.asarray(waves * weight / waves.shape[2])
 
 
-def _response(shape: tuple[int, int], cell_mm: Array, elastomer: Elastomer) -> Complex64:
+def _response(
+    shape: tuple[int, int], cell_mm: tuple[float, float], elastomer: Elastomer
+) -> Complex64:
     """Response (7, 2, ky, kx) of each component to cosines and sines along y."""
     (rows, columns), (width_mm, height_mm) = shape, cell_mm
     kx = 2 * np.pi * np.fft.rfftfreq(columns, width_mm)[None, :]

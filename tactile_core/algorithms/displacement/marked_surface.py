@@ -195,7 +195,9 @@ class MarkedSurface:
         The array is that of the last call while the same cells are valid, and cannot be written.
         """
         grid = self._grid
-        near = np.asarray(cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around))
+        near = np.asarray(
+            cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around), np.uint8
+        )
         cells, valid = self._supported
         if not np.array_equal(near, cells):
             valid = grid.marked(near.view(np.bool_))

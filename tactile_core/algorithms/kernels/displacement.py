@@ -10,8 +10,6 @@ from numba import njit
 from tactile_core.algorithms.arrays.types import Float32, Float64, UInt8
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP
 
-_FIELDS = 4
-
 
 @njit(**EXACT_ROW)
 def _add_row(row: UInt8, sums: UInt8) -> None:
@@ -141,30 +139,31 @@ def fitted(columns: Float64, weighted: Float64, ridge: float, tiny: float) -> An
         Displacement without the fields.
     weighted_residual : (N, 2) float64
     """
-    products = np.zeros((_FIELDS, _FIELDS + 1))
+    fields = columns.shape[1] // 2 - 1
+    products = np.zeros((fields, fields + 1))
     for n in range(len(columns)):
-        for a in range(_FIELDS):
+        for a in range(fields):
             x, y = columns[n, 2 * a], columns[n, 2 * a + 1]
-            for b in range(_FIELDS + 1):
+            for b in range(fields + 1):
                 products[a, b] += x * weighted[n, 2 * b] + y * weighted[n, 2 * b + 1]
-    size = np.empty(_FIELDS)
-    for a in range(_FIELDS):
+    size = np.empty(fields)
+    for a in range(fields):
         size[a] = np.sqrt(max(products[a, a], tiny))
-    for a in range(_FIELDS):
-        for b in range(_FIELDS):
+    for a in range(fields):
+        for b in range(fields):
             products[a, b] /= size[a] * size[b]
         products[a, a] += ridge
-        products[a, _FIELDS] /= size[a]
+        products[a, fields] /= size[a]
     # Gaussian elimination; the matrix is positive definite
-    for a in range(_FIELDS):
-        for c in range(a + 1, _FIELDS):
+    for a in range(fields):
+        for c in range(a + 1, fields):
             factor = products[c, a] / products[a, a]
-            for b in range(a, _FIELDS + 1):
+            for b in range(a, fields + 1):
                 products[c, b] -= factor * products[a, b]
-    strength = np.empty(_FIELDS)
-    for a in range(_FIELDS - 1, -1, -1):
-        rest = products[a, _FIELDS]
-        for b in range(a + 1, _FIELDS):
+    strength = np.empty(fields)
+    for a in range(fields - 1, -1, -1):
+        rest = products[a, fields]
+        for b in range(a + 1, fields):
             rest -= products[a, b] * strength[b]
         strength[a] = rest / products[a, a]
     strength /= size
@@ -173,7 +172,7 @@ def fitted(columns: Float64, weighted: Float64, ridge: float, tiny: float) -> An
     for n in range(len(columns)):
         for c in range(2):
             rest, weighted_rest = columns[n, 8 + c], weighted[n, 8 + c]
-            for a in range(_FIELDS):
+            for a in range(fields):
                 rest -= columns[n, 2 * a + c] * strength[a]
                 weighted_rest -= weighted[n, 2 * a + c] * strength[a]
             residual[c, n], weighted_residual[n, c] = rest, weighted_rest

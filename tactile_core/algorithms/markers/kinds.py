@@ -76,7 +76,8 @@ def kinds_of(spots: Spots, *, compiled: bool = False) -> Kinds:
     if loops is not None:
         given = spots.mass, spots.sigma_px, spots.peak, spots.truncated
         kinds, relative, half_size = loops.kinds_of(*given, _LIMITS)
-        return Kinds(*kinds, relative, half_size)
+        marker, piece, bar, truncated = kinds
+        return Kinds(marker, piece, bar, truncated, relative, half_size)
     truncated = spots.truncated.any(1)
     major, minor = spots.sigma_px.T
     compact = major < DETECTION.max_elongation * minor

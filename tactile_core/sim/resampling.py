@@ -126,11 +126,12 @@ class ImageSampler:
         last = np.array(self.grid.shape[::-1]) - 1
         places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
         corner = np.minimum(places.astype(np.intp), last - 1)
-        wx, wy = np.moveaxis(_weights((places - corner).T), 1, 0)
+        x, y = (places - corner).T
+        wx, wy = np.stack(_weights(x)), np.stack(_weights(y))
         four = np.arange(4)
         rows, columns = corner[:, 1, None] + four, corner[:, 0, None] + four
         near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
-        return np.einsum("kpij,ip,jp->pk", near, wy, wx)
+        return np.asarray(np.einsum("kpij,ip,jp->pk", near, wy, wx))
 
     def at_present(self, displacement_mm: Array, part: int, origins: Float32) -> Float32:
         """(my, mx) current displacement at the needed nodes, along x, y or z.
@@ -150,15 +151,15 @@ class ImageSampler:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
         known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
-        return rows.values.times(known @ columns.values_across)
+        return rows.values.times(_product(known, columns.values_across))
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         rows, columns = self._splines
         known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
         along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
-        along[0] = rows.values.times(known @ columns.slopes_across)
-        along[1] = rows.slopes.times(known @ columns.values_across)
+        along[0] = rows.values.times(_product(known, columns.slopes_across))
+        along[1] = rows.slopes.times(_product(known, columns.values_across))
         return np.moveaxis(along, 0, 2)
 
     def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
@@ -276,6 +277,10 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
     s = 1 - t
     inner = [(4 + x * x * (3 * x - 6)) / 6 for x in (t, s)]
     return s * s * s / 6, inner[0], inner[1], t * t * t / 6
+
+
+def _product(a: Float32, b: Float32) -> Float32:
+    return np.asarray(a @ b, np.float32)
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:

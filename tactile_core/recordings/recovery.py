@@ -40,7 +40,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
     Raises
     ------
     InputError
-        The file is complete, is no such file, or ``out`` exists.
+        The file is complete or without a complete image, is no such file, or ``out`` exists.
     OSError
         The disk is full or not writable; nothing is left behind.
     """
@@ -53,11 +53,16 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
         raise InputError(f"{path} is no recording of tactile; give an .mcap or .h5 file")
     if out.suffix.lower() != path.suffix.lower():
         raise InputError(f"--out {out} is of another kind; end it in {path.suffix}")
+    with recording_file(path) as file:
+        if file.finished:
+            raise InputError(f"{path} is complete; there is nothing to recover")
+        images = sum(isinstance(entry, ImageEntry) for entry in file.entries)
+    if not images:
+        raise InputError(f"{path} has no complete image; record again")
     fresh = temporary_path(out)
     try:
         messages = _copied(path, fresh)
-        with recording_file(fresh.rename(out)) as file:
-            images = sum(isinstance(entry, ImageEntry) for entry in file.entries)
+        fresh.rename(out)
     finally:
         fresh.unlink(missing_ok=True)
     return Recovered(out, images, messages)

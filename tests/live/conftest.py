@@ -1,21 +1,26 @@
-"""A recording on a live page."""
+"""A recording on a live page, and a browser that shows pages."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.virtual_lab import VirtualLab
 
 pytest.importorskip("websockets", reason="the extra 'live' is not installed")
 
+from support.browser import Tab, chromium
 from support.watching import TOKEN, until
 
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
+from tactile_core.live.opening import WantedSensor, open_live
 from tactile_core.live.server import LivePage
 from tactile_core.pipeline.opening import open_sensor
+
+WIDE = {"width": 1280, "height": 900}
 
 
 @pytest.fixture
@@ -35,3 +40,34 @@ def page(desk: Desk) -> Iterator[LivePage]:
     """The page of this recording."""
     with LivePage([desk], TOKEN) as served:
         yield served
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture
+def new_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
+    contexts, tabs = [], []
+
+    def make(**options: Any) -> Tab:
+        context = browser.new_context(**{"viewport": WIDE, **options})
+        contexts.append(context)
+        tabs.append(Tab(context.new_page()))
+        return tabs[-1]
+
+    yield make
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def fingertip(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    """A virtual fingertip of full size."""
+    sensor = open_live(WantedSensor("hex_fingertip"), sim=True)
+    desk = Desk(LiveSensor(sensor, tmp_path_factory.mktemp("out")))
+    desk.live.start()
+    yield desk
+    desk.close()

@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from support.browser import chromium, why_not
+from support.browser import Tab, why_not
 from support.virtual_lab import VirtualLab
 from support.watching import TOKEN, until
 
@@ -28,76 +28,6 @@ pytestmark = [
     pytest.mark.skipif(bool(why_not()), reason=why_not()),
 ]
 
-WIDE = {"width": 1280, "height": 900}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as opened:
-        yield opened
-
-
-class Tab:
-    """A page in the browser, which must not report any error."""
-
-    def __init__(self, tab: Any) -> None:
-        self.tab = tab
-        self.errors: list[str] = []
-        self.requests: list[str] = []
-        tab.on("pageerror", lambda error: self.errors.append(str(error)))
-        tab.on("request", lambda request: self.requests.append(request.url))
-        tab.on(
-            "console",
-            lambda line: self.errors.append(line.text) if line.type == "error" else None,
-        )
-
-    def open(self, page: LivePage) -> Tab:
-        self.tab.goto(page.address)
-        self.live()
-        return self
-
-    def live(self, cards: int = 1) -> None:
-        """Wait until each sensor has shown some more pictures."""
-        shown = [self.pictures(index) for index in range(cards)]
-        for index, before in enumerate(shown):
-            self.wait(lambda index=index, before=before: self.pictures(index) > before + 2)
-
-    def pictures(self, index: int = 0) -> int:
-        card = self.tab.locator(".card").nth(index)
-        return int(card.get_attribute("data-pictures", timeout=20_000) or 0)
-
-    def wait(self, there: Callable[[], Any]) -> Any:
-        for _ in range(400):
-            if found := there():
-                return found
-            self.tab.wait_for_timeout(50)
-        said = self.tab.locator(".said").all_inner_texts()
-        raise AssertionError(f"the page did not get there in time; it says {said}")
-
-    def text(self, selector: str, index: int = 0) -> str:
-        return str(self.tab.locator(selector).nth(index).inner_text())
-
-    def said(self, words: str) -> None:
-        self.wait(lambda: words in self.text(".said"))
-
-    def press(self, button: str) -> None:
-        self.tab.get_by_role("button", name=button).first.click()
-
-
-@pytest.fixture
-def new_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
-    contexts, tabs = [], []
-
-    def make(**options: Any) -> Tab:
-        context = browser.new_context(**{"viewport": WIDE, **options})
-        contexts.append(context)
-        tabs.append(Tab(context.new_page()))
-        return tabs[-1]
-
-    yield make
-    for context in contexts:
-        context.close()
-
 
 @pytest.fixture
 def virtual(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
@@ -105,16 +35,6 @@ def virtual(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     wanted = WantedSensor(str(lab.profile_path), bundle=lab.bundle)
     # a relative path, because the page shows it in a picture
     desk = Desk(LiveSensor(open_live(wanted, sim=True), Path("tactile-view")))
-    desk.live.start()
-    yield desk
-    desk.close()
-
-
-@pytest.fixture(scope="module")
-def fingertip(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    """A virtual fingertip of full size."""
-    sensor = open_live(WantedSensor("hex_fingertip"), sim=True)
-    desk = Desk(LiveSensor(sensor, tmp_path_factory.mktemp("out")))
     desk.live.start()
     yield desk
     desk.close()

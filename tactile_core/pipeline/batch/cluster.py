@@ -57,7 +57,7 @@ def on_cluster(
         def give(most: int) -> None:
             # one for each thread: the scheduler shares out a few long recordings unevenly
             for job in islice(waiting, max(0, most)):
-                future = client.submit(measured, job, key=_key(job), pure=False)
+                future = client.submit(measured_in_one_thread, job, key=_key(job), pure=False)
                 given[future] = job
                 running.add(future)
 
@@ -69,6 +69,17 @@ def on_cluster(
             yield job, found
     finally:
         client.close()  # forgets what is not measured yet; what is under way is written
+
+
+def measured_in_one_thread(job: RecordingJob) -> MeasuredRecording:
+    """Measure a recording in a worker, whose number of threads the cluster has chosen.
+
+    By itself OpenCV would use every core, and the workers of a machine would hinder each other.
+    """
+    import cv2
+
+    cv2.setNumThreads(1)
+    return measured(job)
 
 
 def _threads(client: Any) -> int:

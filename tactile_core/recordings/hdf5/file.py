@@ -16,7 +16,7 @@ from tactile_core.formats.saved_quantities import DESCRIPTION
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.hdf5.columns import IMAGES, JSON, LEVELS, NONE, NUMBERS, READINGS, ROWS
 from tactile_core.recordings.hdf5.growing_file import END, open_growing
-from tactile_core.recordings.hdf5.readable_columns import ReadableColumns
+from tactile_core.recordings.hdf5.readable_columns import INCOMPLETE, ReadableColumns
 from tactile_core.recordings.hdf5.writer import (
     BEFORE,
     EVENTS,
@@ -246,6 +246,8 @@ def _checked_format(file: h5py.File, path: Path) -> dict[str, Any]:
         attributes = dict(file.attrs)
     except (OSError, EOFError, KeyError, RuntimeError):
         attributes = {}
+    if not attributes and file.driver == INCOMPLETE:
+        raise InputError(f"{path} ends before its first image; copy or record it again")
     if attributes.get("format") != FORMAT:
         raise InputError(
             f"{path} is an HDF5 file, but no recording that tactile wrote; give a recording"

@@ -16,6 +16,10 @@ _UNREADABLE = (OSError, EOFError, RuntimeError, KeyError)
 """What h5py raises where a file has been damaged or truncated."""
 
 
+INCOMPLETE = "fileobj"
+"""The driver by which HDF5 reads a file that it would refuse; see ``incomplete_file.py``."""
+
+
 class ReadableColumns:
     """The datasets of a file; of one that is truncated, their first rows.
 
@@ -32,7 +36,7 @@ class ReadableColumns:
     def __init__(self, file: h5py.File) -> None:
         self._file = file
         # what HDF5 itself opens has every row that it names
-        self.complete = file.driver != "fileobj"
+        self.complete = file.driver != INCOMPLETE
         self._rows: dict[str, int] = {}
 
     def __contains__(self, name: str) -> bool:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_core.errors import InputError
 from tactile_core.recordings.hdf5.columns import IMAGES, JSON, LEVELS, NUMBERS, READINGS, ROWS
 from tactile_core.recordings.hdf5.file import Hdf5File
 from tactile_core.recordings.hdf5.growing_file import END, GrowingFile
@@ -41,13 +40,11 @@ def copy_complete(path: Path, fresh: Path) -> int:
     Raises
     ------
     InputError
-        The file is complete, or is no recording.
+        The file is no recording.
     OSError
         The disk is full or not writable.
     """
     with Hdf5File(path) as file:
-        if file.finished:
-            raise InputError(f"{path} is complete; there is nothing to recover")
         with closing(GrowingFile(fresh)) as new:
             new.reserve([SESSION, REFERENCES, IMAGES, READINGS, ROWS], {})
             new.describe(file.format)

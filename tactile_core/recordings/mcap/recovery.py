@@ -10,7 +10,6 @@ from tactile_core.errors import InputError
 from tactile_core.recordings.mcap.records import (
     ATTACHMENT,
     CHANNEL,
-    FOOTER,
     MESSAGE,
     METADATA,
     SCHEMA,
@@ -34,15 +33,13 @@ def copy_complete(path: Path, fresh: Path) -> int:
     Raises
     ------
     InputError
-        The file is complete, or is no MCAP file.
+        The file is no MCAP file, or damaged.
     OSError
         The disk is full or not writable.
     """
     library = mcap_library("mcap.writer")
     records = McapRecords(path)
     try:
-        if any(record.kind == FOOTER for record in records):
-            raise InputError(f"{path} is complete; there is nothing to recover")
         with fresh.open("xb") as file:
             writer = library.Writer(file, compression=library.CompressionType.NONE)
             writer.start(PROFILE)

@@ -11,13 +11,14 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import pytest
 from support.many_recordings import many_recordings
 from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.pipeline.batch.batch import Batch
-from tactile_core.pipeline.batch.cluster import ClusterError
+from tactile_core.pipeline.batch.cluster import ClusterError, measured_in_one_thread
 from tactile_core.pipeline.batch.recording_job import MeasuredRecording
 
 NAMES = ("lift_1", "lift_2", "lift_3")
@@ -69,6 +70,21 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == list(NAMES)
     again = list(batch(lab, inputs, tmp_path / "out").measure(cluster=address))
     assert all(one.earlier for one in again)
+
+
+def test_a_worker_measures_in_one_thread_as_the_cluster_expects(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    inputs = many_recordings(lab, tmp_path / "recordings", frames=1)
+    (job, *_) = batch(lab, inputs, None).jobs
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        found = measured_in_one_thread(job)
+        assert (found.failure, found.observations) == ("", 1)
+        assert cv2.getNumThreads() == 1
+    finally:
+        cv2.setNumThreads(before)
 
 
 def test_an_absent_library_is_one_sentence(

@@ -157,6 +157,11 @@ def test_a_truncated_recording_is_measured_and_recovered_by_command(tmp_path: Pa
     assert "end it in .h5" in refused("recover", path, "--out", tmp_path / "b.mcap")
     assert "is a folder" in refused("recover", tmp_path)
     (tmp_path / "notes.txt").touch()
+    path.write_bytes(path.read_bytes()[:20_000])
+    assert "has no complete image" in refused("recover", path, "--out", tmp_path / "b.h5")
+    assert not (tmp_path / "b.h5").exists()
+    path.write_bytes(path.read_bytes()[:5_000])
+    assert "ends before its first image" in refused("recover", path, "--out", tmp_path / "b.h5")
     assert "is no recording" in refused("recover", tmp_path / "notes.txt")
 
 

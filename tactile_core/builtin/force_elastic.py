@@ -169,7 +169,7 @@ class ElasticForce(Estimator):
         if follows:
             moved = self._relaxed(moved, height.timestamp_s)
         valid, touching = (_shares(mask, self._size) for mask in (displacement.valid, contact.mask))
-        seen = Deformation(moved[2], moved[:2], valid > 0.5, touching)
+        seen = Deformation(moved[2], moved[:2], valid > 0.5, _without_specks(touching))
         return seen.of_material(self._cell_mm)
 
     def _relaxed(self, moved: np.ndarray, time_s: float) -> np.ndarray:
@@ -194,6 +194,12 @@ def _shares(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     step_px = max(1, int(per_cell_px / ELASTIC_FORCE.samples_per_cell))
     samples = mask[step_px // 2 :: step_px, step_px // 2 :: step_px].astype(np.uint8)
     return np.asarray(shrunk(samples * np.uint8(255), size) / np.float32(255))
+
+
+def _without_specks(share: np.ndarray) -> np.ndarray:
+    """Leave out what touches no cell that is mostly in contact: it is smaller than a cell."""
+    mostly = (share > 0.5).astype(np.uint8)
+    return np.asarray(share * cv2.dilate(mostly, np.ones((3, 3), np.uint8)))
 
 
 def _cells(size_px: tuple[int, int], per_cell_px: float) -> tuple[int, int]:

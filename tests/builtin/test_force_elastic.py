@@ -211,3 +211,21 @@ def test_a_gel_without_stiffness_is_refused_by_the_name_of_the_key(key: str) -> 
         ElasticForce(
             ElasticForceOptions(), replace(SensorContext(profile.image, profile.gel), gel=gel)
         )
+
+
+def test_specks_smaller_than_a_cell_are_no_contact(stage: VirtualStage, step: ElasticForce) -> None:
+    """Such as the rims of markers, which a real sensor shows where nothing touches."""
+    stage.reset()
+    truth = stage.truth()
+    size = truth.height_mm.shape
+    everywhere = np.ones(size, np.bool_)
+    specks = np.zeros(size, np.bool_)
+    specks[4::12, 6::12] = specks[5::12, 6::12] = True
+    wrench, _ = step.estimate(
+        Frame(np.zeros((*size, 3), np.uint8), ("r", "g", "b"), truth.mm_per_px),
+        HeightMap(np.full(size, 0.05, np.float32), everywhere, truth.mm_per_px),
+        ContactMask(specks, truth.mm_per_px),
+        DisplacementField(np.zeros((*size, 2), np.float32), everywhere, truth.mm_per_px),
+    )
+    assert not wrench.values.any()
+    assert wrench.fz_std_n == pytest.approx(0.03)

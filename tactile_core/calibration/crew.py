@@ -10,6 +10,7 @@ import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
@@ -44,10 +45,12 @@ class Crew:
     helpers : int
         Number of further processes. They start at once, and load their code while this process
         goes on. 0 does everything in this process.
+    modules : sequence of str
+        What they load.
     """
 
-    def __init__(self, helpers: int = 0) -> None:
-        started = (_Helper.started() for _ in range(helpers))
+    def __init__(self, helpers: int = 0, modules: Sequence[str] = ()) -> None:
+        started = (_Helper.started(modules) for _ in range(helpers))
         self._helpers = [helper for helper in started if helper is not None]
 
     def __enter__(self) -> Self:
@@ -162,14 +165,14 @@ class _Helper:
         self._process, self._to, self._of = process, to, of
 
     @classmethod
-    def started(cls) -> Self | None:
-        """Start a process; None where that is not possible."""
+    def started(cls, modules: Sequence[str]) -> Self | None:
+        """Start a process that loads these modules; None where that is not possible."""
         environment = os.environ | dict.fromkeys(_THREADS, "1")
         environment.setdefault("PYTHONWARNINGS", "ignore")
         environment["PYTHONPATH"] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
         try:
             process = subprocess.Popen(
-                [sys.executable, "-c", f"from {__name__} import serve; serve()"],
+                [sys.executable, "-c", f"from {__name__} import serve; serve()", *modules],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=environment,
@@ -205,7 +208,10 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a plugin's print must not mix with the answers
-    _load()
+    for module in sys.argv[1:]:
+        import_module(module)
+    if (cv2 := sys.modules.get("cv2")) is not None:  # a helper has one core
+        cv2.setNumThreads(1)
     shared: Any = None
     # the other process ends this one; it may have ended itself
     with suppress(EOFError, BrokenPipeError):
@@ -216,16 +222,6 @@ def serve() -> None:
                 continue
             pickle.dump(_answer(work, shared, content), answers, pickle.HIGHEST_PROTOCOL)
             answers.flush()
-
-
-def _load() -> None:
-    """Load the code of a calibration while the other process reads its images."""
-    import cv2
-
-    import tactile_core.calibration.fitted_bundle
-    import tactile_core.calibration.press_search  # noqa: F401
-
-    cv2.setNumThreads(1)
 
 
 def _answer(work: Callable[..., T], shared: Any, arguments: Sequence[Any]) -> tuple[bool, Any]:

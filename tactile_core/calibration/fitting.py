@@ -147,7 +147,7 @@ def calibrate(
     undeformed = condition.undeformed
     # Models smooth their images; the ground truth has to be equally smooth.
     blur_px = smoothing_px_of(calibrator, base.image.mm_per_px)
-    with Crew(helpers) as crew:
+    with Crew(helpers, modules=[fitted_bundle.__module__]) as crew:
         ground_truth: CalibrationTarget[Any] = (
             rows_of_map(
                 target, frames[0], condition, rows, blur_px, reference_from_press=bool(stand_in)

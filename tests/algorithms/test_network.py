@@ -51,6 +51,6 @@ def test_outputs_do_not_depend_on_the_block(samples: tuple[np.ndarray, np.ndarra
 
 def test_a_committee_adds_up_its_networks(samples: tuple[np.ndarray, np.ndarray]) -> None:
     x, y = samples
-    members = [train(x, y, epochs=2, seed=seed, hidden=(8, 8)) for seed in (1, 2, 3)]
+    members = train(x, y, epochs=2, seeds=(1, 2, 3), hidden=(8, 8))
     expected = sum(member(x) for member in members)
     assert Committee(members)(x) == pytest.approx(expected, abs=1e-5)

@@ -18,10 +18,10 @@ pytestmark = [pytest.mark.recordings, pytest.mark.headline]
 SIX_LED_DEG = {"001 → 002": 0.87, "002 → 001": 1.00}
 FOUR_COLOUR_DEG = {"001 → 002": 1.24, "002 → 001": 1.24}
 PRESSES_DEG = {
-    "objectfolder": {"even → odd": 2.34, "odd → even": 2.24},
-    "wedge": {"even → odd": 3.01, "odd → even": 2.53},
-    "gelsight_mini": {"even → odd": 2.06, "odd → even": 2.36},
-    "hex_fingertip": {"even → odd": 6.51, "odd → even": 4.56},
+    "objectfolder": {"even → odd": 2.32, "odd → even": 2.25},
+    "wedge": {"even → odd": 2.85, "odd → even": 2.49},
+    "gelsight_mini": {"even → odd": 1.99, "odd → even": 2.13},
+    "hex_fingertip": {"even → odd": 6.65, "odd → even": 4.74},
 }
 SPHERE = {"objectfolder": 0.02, "wedge": 0.04, "gelsight_mini": 0.02}
 GROOVES_PERCENT = {"upper → lower": 4.42, "lower → upper": 2.35}

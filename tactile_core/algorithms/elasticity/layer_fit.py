@@ -134,12 +134,14 @@ class LayerFit:
             Of the contact.
         """
         beside = measured.valid & ~_grown(measured.contact)
+        waves, cell_mm = self._layers[0].waves(shares.planes), self._grid.spacing_mm
 
         def tried(
             layer: ElasticLayer, start: SurfaceLoads | None, held_mm2: float | None = None
         ) -> _Trial:
-            cell_mm = self._grid.spacing_mm
-            loads = surface_loads(layer, measured, shares, cell_mm, start=start, held_mm2=held_mm2)
+            loads = surface_loads(
+                layer, measured, shares, cell_mm, waves=waves, start=start, held_mm2=held_mm2
+            )
             return _Trial(layer.elastomer, loads, loads.unexplained_mm[:, beside].ravel())
 
         last, *others = (tried(layer, None) for layer in self._layers)

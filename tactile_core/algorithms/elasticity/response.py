@@ -63,7 +63,11 @@ class Response:
         waves = self._forward(traction)
         return self._inverse(_tangential(waves, *self._symbols[2:]), traction)
 
-    def shifts(self, loads: Array) -> tuple[Array, Array, Array]:
+    def waves(self, loads: Array) -> NDArray[Any]:
+        """Return the waves of loads (n, ny, nx), for responses on the same grid."""
+        return self._forward(loads)
+
+    def shifts(self, loads: Array, waves: NDArray[Any]) -> tuple[Array, Array, Array]:
         """Return what each of many shear tractions shifts: (xx, yy, xy), each (n, ny, nx) in mm.
 
         Parameters
@@ -71,8 +75,9 @@ class Response:
         loads : (n, ny, nx)
             MPa. A traction along x shifts the surface by xx along x and by xy along y; one along y
             by xy along x and by yy along y.
+        waves : array
+            Those of the loads.
         """
-        waves = self._forward(loads)
         xx, yy, xy = (self._inverse(part * waves, loads) for part in self._symbols[2:])
         return xx, yy, xy
 

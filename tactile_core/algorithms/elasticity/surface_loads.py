@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
@@ -166,6 +167,7 @@ def surface_loads(
     shares: Shares,
     cell_mm: float,
     *,
+    waves: NDArray[Any] | None = None,
     start: SurfaceLoads | None = None,
     held_mm2: float | None = None,
 ) -> SurfaceLoads:
@@ -190,6 +192,8 @@ def surface_loads(
         Of this contact.
     cell_mm : float
         Side of a cell.
+    waves : array, optional
+        Those of the shares' planes on the response's grid. Default: computed.
     start : SurfaceLoads, optional
         Loads of the same or a similar layer. Default: none.
     held_mm2 : float, optional
@@ -206,13 +210,19 @@ def surface_loads(
         indentation = indentation - response.bulge(start.traction_mpa(shares))
     pressure = pressure_mpa(response, indentation, measured.contact, before)
     spread = response.spread(pressure)
-    count, columns = len(shares.planes), np.flatnonzero(measured.valid)
+    planes, everywhere = shares.planes, bool(measured.valid.all())
+    columns = slice(None) if everywhere else np.flatnonzero(measured.valid)
     left = np.where(measured.valid, measured.shift_mm - spread, 0)
-    xx, yy, xy = (part.reshape(count, -1)[:, columns] for part in response.shifts(shares.planes))
-    rows = [np.hstack([xx, xy]), np.hstack([xy, yy])]
-    if held_mm2 is not None:
-        rows.append(spread.reshape(2, -1)[:, columns].reshape(1, -1))
-    moves = np.concatenate(rows)
+    spread = spread.reshape(2, -1)[:, columns]
+    count, varied = len(planes), held_mm2 is not None
+    moves = np.empty((2 * count + varied, spread.size), response.dtype)
+    along_x, along_y = moves[: 2 * count].reshape(2, count, 2, -1)
+    shifts = response.shifts(planes, response.waves(planes) if waves is None else waves)
+    xx, yy, xy = (part.reshape(count, -1)[:, columns] for part in shifts)
+    along_x[:, 0], along_x[:, 1] = xx, xy
+    along_y[:, 0], along_y[:, 1] = xy, yy
+    if varied:
+        moves[-1] = spread.ravel()
     normal = (moves @ moves.T).astype(np.float64)
     diagonal = np.diag(normal).copy()
     # a contact of a single cell has no slope: such rows are zero, and their weights too

@@ -19,12 +19,12 @@ class WarmingParameters(NamedTuple):
     Attributes
     ----------
     radius : float, share of the image height
-        Radius of a contact. Source: chosen by hand; that of a fingertip's usual contacts.
+        Radius of a disc. Source: chosen by hand; that of a fingertip's usual contacts.
     shading : float, relative
         Change of the intensity at its border. Source: chosen by hand; large enough for a contact.
     moves_px : tuple of int, px
-        Position of the contact along x in each frame; None without contact.
-        Source: chosen by hand; the second contact moves, so that trackers and slip steps measure.
+        How far the discs have moved along x in each frame; None without discs.
+        Source: chosen by hand; the contact moves, so that trackers and slip steps measure.
     level : float, share of the full scale
         Intensity of the undeformed surface, if there is no reference. Source: chosen by hand.
     marker_level : float, share of level
@@ -46,11 +46,16 @@ WARMING = WarmingParameters()
 
 
 def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:
-    """Yield frames of an undeformed surface, and of a ball that moves on it."""
-    for number, moved_px in enumerate(WARMING.moves_px):
+    """Yield frames of an undeformed surface, and of discs that move on it.
+
+    Which way the lights come from need not be known: each disc is shaded as if its lights came from
+    other sides, and for one of them that is true, so that it looks like a ball.
+    """
+    moves = [(moved_px, turn) for turn in (1, -1) for moved_px in WARMING.moves_px]
+    for number, (moved_px, turn) in enumerate(moves):
         pixels = reference.pixels
         if moved_px is not None:
-            pixels = np.minimum(_pressed(pixels, moved_px), reference.full_scale)
+            pixels = np.minimum(_pressed(pixels, moved_px, turn), reference.full_scale)
         shown = Reference(pixels, reference.channels, reference.full_scale)
         yield replace(shown.as_frame(mm_per_px), sequence=number, timestamp_s=number / NOMINAL_FPS)
 
@@ -67,14 +72,22 @@ def made_up_reference(image: ImageSection, channels: tuple[str, ...]) -> Referen
     return Reference(pixels, channels, full_scale)
 
 
-def _pressed(pixels: Float32, moved_px: int) -> Float32:
-    """Shade a disc in the middle, each channel from another side, and move it along x."""
+def _pressed(pixels: Float32, moved_px: int, turn: int) -> Float32:
+    """Shade four discs, each channel from another side, and move them along x.
+
+    The sides of the channels follow each other clockwise or, with ``turn`` -1, the other way. From
+    disc to disc all are turned by a right angle.
+    """
     height, width, count = pixels.shape
     radius_px = WARMING.radius * height
     y, x = np.indices((height, width), dtype=np.float32)
-    x, y = (x - width / 2 - moved_px) / radius_px, (y - height / 2) / radius_px
-    angle = 2 * np.pi * np.arange(count) / count
-    slope = x[..., None] * np.cos(angle) + y[..., None] * np.sin(angle)
-    shaded = np.roll(pixels, moved_px, axis=1) * (1 + WARMING.shading * slope)
-    inside = (x**2 + y**2 < 1)[..., None]
-    return np.where(inside, shaded, pixels).astype(np.float32)
+    shaded = np.roll(pixels, moved_px, axis=1)
+    pressed = pixels.astype(np.float32)
+    for corner in range(4):
+        middle = width * (1 + 2 * (corner % 2)) / 4 + moved_px, height * (1 + corner // 2 * 2) / 4
+        right, down = (x - middle[0]) / radius_px, (y - middle[1]) / radius_px
+        angle = turn * 2 * np.pi * np.arange(count) / count + corner * np.pi / 2
+        slope = right[..., None] * np.cos(angle) + down[..., None] * np.sin(angle)
+        inside = (right**2 + down**2 < 1)[..., None]
+        pressed = np.where(inside, shaded * (1 + WARMING.shading * slope), pressed)
+    return pressed.astype(np.float32)

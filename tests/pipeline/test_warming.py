@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import threading
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -15,11 +16,12 @@ import pytest
 from support.live_sensor import profile, send, stream
 from support.mjpeg_server import Exchange, MjpegServer
 
-from tactile_core import Pipeline, open_sensor
+from tactile_core import ContactMask, Pipeline, open_sensor
 from tactile_core.algorithms import kernels
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.formats.saved_quantities import arrays_of
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.made_up_frames import made_up_frames
 from tactile_core.profiles.loader import load_profile
 
 RIGS = ("hex_fingertip", "desktop_six_led_portable")
@@ -49,6 +51,17 @@ def test_warming_changes_no_result_and_no_state(unit: VirtualUnit) -> None:
             warmed.warm()
         readings = [one.process(frame) for one in (cold, warmed)]
         assert everything(readings[0]) == everything(readings[1])
+
+
+def test_made_up_frames_show_a_contact_whichever_way_the_lights_come_from(
+    unit: VirtualUnit,
+) -> None:
+    pipeline = Pipeline(unit.profile, unit.bundle, compiled=False)
+    assert pipeline.reference is not None
+    frames = made_up_frames(pipeline.reference, unit.profile.image.mm_per_px)
+    touched = [bool(pipeline.process(frame)[ContactMask].mask.any()) for frame in frames]
+    assert any(one and other for one, other in pairwise(touched))
+    assert not touched[0]
 
 
 def compiled() -> dict[str, int]:

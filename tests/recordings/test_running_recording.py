@@ -20,6 +20,7 @@ from support.soak import share_of
 from support.virtual_lab import VirtualLab
 
 from tactile_core import open_sensor
+from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.kinds import recording_file, recording_writer
@@ -82,6 +83,10 @@ def assert_kept(path: Path, after_s: float) -> None:
     found = recorded(path)
     assert [one.sequence for one in found[: len(safe)]] == safe
     assert all((one.pixels == one.sequence % 256).all() for one in found)
+    if not found:  # killed before the first image was written
+        with pytest.raises(InputError, match="no complete image"):
+            recover(path)
+        return
     again = recorded(recover(path).path)
     assert [one.sequence for one in again] == [one.sequence for one in found]
 

@@ -23,7 +23,7 @@ PRESSES_DEG = {
     "gelsight_mini": {"even → odd": 1.99, "odd → even": 2.13},
     "hex_fingertip": {"even → odd": 6.65, "odd → even": 4.74},
 }
-SPHERE = {"objectfolder": 0.02, "wedge": 0.04, "gelsight_mini": 0.02}
+SPHERE = {"objectfolder": 0.02, "wedge": 0.04, "gelsight_mini": 0.03}
 GROOVES_PERCENT = {"upper → lower": 4.42, "lower → upper": 2.35}
 BEAR_DEG = 7.82
 MARKERS_PX, MARKERS_KEPT_PERCENT = 0.506, 98.4

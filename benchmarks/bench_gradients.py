@@ -82,8 +82,7 @@ def bench_measure(benchmark, use, shape):
 def bench_measure_at_every_pixel(benchmark, use, monkeypatch):
     presses, reference = unit((480, 640))
     model = fitted(use, presses, reference)
-    everywhere = slope_field.SLOPE_FIELD._replace(exact_pixels=reference.pixels.size)
-    monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
+    monkeypatch.setattr(slope_field, "EXACT_PIXELS", reference.pixels.size)
     benchmark.pedantic(model.measure, (presses[1].frame, reference), rounds=5, warmup_rounds=1)
 
 

@@ -17,7 +17,7 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson.screened import SCREENED, prepared, solve_screened
-from tactile_core.algorithms.slope_field import coarse_size
+from tactile_core.algorithms.slope_grid import coarse_size
 
 
 class RestAreaParameters(NamedTuple):

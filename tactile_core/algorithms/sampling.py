@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import cv2
@@ -41,9 +41,6 @@ class SamplingParameters(NamedTuple):
 SAMPLING = SamplingParameters()
 """The values in use."""
 
-_BARE: Any = SAMPLING.bare_level
-"""OpenCV compares with numbers; its type stubs do not."""
-
 
 @dataclass(frozen=True)
 class Sampling:
@@ -66,6 +63,8 @@ class Sampling:
         without markers.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
+    averaged : bool
+        Whether the grid is wider than the smoothing allows; see :meth:`wider`.
     """
 
     step: int
@@ -73,6 +72,7 @@ class Sampling:
     blur: float
     around_px: int
     compiled: bool = False
+    averaged: bool = False
 
     @classmethod
     def of(
@@ -91,6 +91,22 @@ class Sampling:
         rows, columns = (-(-side // step) for side in shape)
         around_px = -(-around_markers(marker_mask) // step)
         return cls(step, (rows, columns), remaining, around_px, compiled)
+
+    def wider(self) -> Self:
+        """Return the sampling to coarse pixels of twice this side, whose mean is their smoothing.
+
+        The rows and columns of this grid must be even.
+        """
+        rows, columns = (side // 2 for side in self.shape)
+        around_px = -(-self.around_px // 2)
+        return replace(
+            self,
+            step=2 * self.step,
+            shape=(rows, columns),
+            blur=0.0,
+            around_px=around_px,
+            averaged=True,
+        )
 
     def smooth(self, pixels: NDArray[Any], marker_mask: Bool | None) -> NDArray[Any]:
         """Smooth (H, W, K) intensities to (h, w, K), same dtype, with the markers filled."""
@@ -111,50 +127,40 @@ class Sampling:
 
     def _processed(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
         if marker_mask is None or not self.around_px:
-            return [self._smooth(self._coarse(part)) for part in parts]
-        halved = self._halved(parts, marker_mask)
-        if halved is None:
-            surface = bare_mask(marker_mask)
-            share = self._coarse(surface)
-            small = [self._of_surface(part, surface, share) for part in parts]
-        else:
-            share, small = halved
-        mostly_bare = np.asarray(cv2.compare(share, _BARE, cv2.CMP_GE), np.uint8)
-        around = AroundMarkers(mostly_bare, self.around_px)
-        zero = halved is not None
-        return [self._smooth(around.filled(part, zero=zero)) for part in small]
+            for times in self._factors:
+                parts = [_coarse(part, times) for part in parts]
+            return [self._smooth(part) for part in parts]
+        hidden, zero = marker_mask, False
+        for times in self._factors:
+            halved = self._halved(parts, hidden) if times == 2 else None
+            share, parts = halved or _of_surface(parts, hidden, times)
+            hidden, zero = share < SAMPLING.bare_level, halved is not None
+        around = AroundMarkers(bare_mask(hidden), self.around_px)
+        return [self._smooth(around.filled(part, zero=zero)) for part in parts]
+
+    @property
+    def _factors(self) -> tuple[int, ...]:
+        """Factors by which an image is shrunk, one after the other."""
+        return (self.step // 2, 2) if self.averaged else (self.step,)
 
     def _halved(
-        self, parts: list[NDArray[Any]], marker_mask: Bool
+        self, parts: list[NDArray[Any]], hidden: Bool
     ) -> tuple[NDArray[np.uint8], list[NDArray[Any]]] | None:
         """Average each coarse pixel over its bare part, by a kernel; None where there is none.
 
         Coarse pixels that markers mostly hide are 0.
         """
         loops = kernels.chosen(self.compiled)
-        rows, columns = self.shape
-        shape = 2 * rows, 2 * columns, 3
-        if loops is None or parts[0].shape != shape or parts[0].dtype != np.uint8:
+        rows, columns = (side // 2 for side in hidden.shape)
+        if loops is None or parts[0].shape != (2 * rows, 2 * columns, 3):
+            return None
+        if parts[0].dtype != np.uint8:
             return None
         share = np.empty((rows, columns), np.uint8)
         small = np.empty((rows, columns, 3), np.uint8)
         wide = parts[0].reshape(2 * rows, -1), small.reshape(rows, -1)
-        hidden = marker_mask.view(np.uint8)
-        loops.halved_where_bare(wide[0], hidden, SAMPLING.bare_level, share, wide[1])
+        loops.halved_where_bare(wide[0], hidden.view(np.uint8), SAMPLING.bare_level, share, wide[1])
         return share, [small]
-
-    def _of_surface(
-        self, part: NDArray[Any], surface: NDArray[np.uint8], share: NDArray[np.uint8]
-    ) -> NDArray[Any]:
-        """Average each coarse pixel over its part without markers, so that none of it is lost."""
-        with borrowed(part.shape, part.dtype) as bare:
-            bare.fill(0)
-            cv2.copyTo(part, surface, bare)
-            small = self._coarse(bare)
-            shares = share.astype(part.dtype)
-            if small.ndim == 3:
-                shares = np.asarray(cv2.merge([shares] * small.shape[2]))
-            return np.asarray(cv2.divide(small, shares, scale=255))
 
     def _smooth(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.blur == 0:
@@ -162,12 +168,35 @@ class Sampling:
         side = 2 * max(1, round(SAMPLING.window_sigmas * self.blur)) + 1
         return np.asarray(cv2.GaussianBlur(part, (side, side), self.blur))
 
-    def _coarse(self, part: NDArray[Any]) -> NDArray[Any]:
-        if self.step == 1:
-            return part
-        below, right = (
-            coarse * self.step - side for coarse, side in zip(self.shape, part.shape, strict=False)
-        )
-        if below or right:
-            part = cv2.copyMakeBorder(part, 0, below, 0, right, cv2.BORDER_REPLICATE)
-        return shrunk(part, self.shape[::-1])
+
+def _of_surface(
+    parts: list[NDArray[Any]], hidden: Bool, times: int
+) -> tuple[NDArray[np.uint8], list[NDArray[Any]]]:
+    """Average each coarse pixel over its part that is not hidden, so that none of it is lost.
+
+    Returns the share of this part, and the means.
+    """
+    surface = bare_mask(hidden)
+    share = _coarse(surface, times)
+    means = []
+    for part in parts:
+        with borrowed(part.shape, part.dtype) as bare:
+            bare.fill(0)
+            cv2.copyTo(part, surface, bare)
+            small = _coarse(bare, times)
+        shares = share.astype(part.dtype)
+        if small.ndim == 3:
+            shares = np.asarray(cv2.merge([shares] * small.shape[2]))
+        means.append(np.asarray(cv2.divide(small, shares, scale=255)))
+    return share, means
+
+
+def _coarse(part: NDArray[Any], times: int) -> NDArray[Any]:
+    """Average over squares of ``times`` pixels, of which the last may reach beyond the image."""
+    if times == 1:
+        return part
+    rows, columns = (-(-side // times) for side in part.shape[:2])
+    below, right = rows * times - part.shape[0], columns * times - part.shape[1]
+    if below or right:
+        part = cv2.copyMakeBorder(part, 0, below, 0, right, cv2.BORDER_REPLICATE)
+    return shrunk(part, (columns, rows))

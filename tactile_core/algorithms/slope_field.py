@@ -1,138 +1,42 @@
 """Slopes of a whole image from a model of relative change and position.
 
-Evaluating a network or a polynomial at every pixel costs tens of milliseconds. Its dependence on
-the position is smooth. So on large three-channel images the model is evaluated on a coarse grid,
-and a lookup table of the same model over colour alone adds the detail:
-``normal_xy = table + (model − averaged table)`` on the coarse grid. On small images and other
-numbers of channels the model is evaluated at every pixel.
+On small images, and on images of other than three channels, the model is evaluated at every pixel;
+on others by :mod:`tactile_core.algorithms.slope_grid`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
-from tactile_core.algorithms.arrays.scratch import borrowed
-from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient, to_gradient, to_normal_xy
-from tactile_core.algorithms.photometric import (
-    Smoothing,
-    place,
-    relative_change,
-)
+from tactile_core.algorithms.normal_xy import to_gradient
+from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
+from tactile_core.algorithms.slope_grid import Model, SlopeGrid
 
-Model = Callable[[Float32], Float32]
+EXACT_PIXELS = 20_000
+"""On images up to this size the model is evaluated at every pixel.
 
-
-class SlopeCells(NamedTuple):
-    """Slopes on a grid that is as coarse as their smoothing allows.
-
-    Attributes
-    ----------
-    gx, gy : (h, w) float32
-        ∂z/∂x and ∂z/∂y at the centres of the cells, dimensionless.
-    step_px : int
-        Side of a cell. The last cells may reach beyond the image.
-    as_normals : bool
-        Whether unit normals are interpolated between the cells, or slopes. A model is best
-        interpolated in what it computes.
-    """
-
-    gx: Float32
-    gy: Float32
-    step_px: int
-    as_normals: bool = True
-
-    def for_heights(self) -> SlopeCells:
-        """Return the slopes on the grid to integrate them on.
-
-        Heights are smoother than slopes, so means over 2 × 2 cells suffice where these are small.
-        """
-        rows, columns = self.gx.shape
-        small = rows * columns >= 4 * SLOPE_FIELD.height_cells
-        if self.step_px == 1 or not small or rows % 2 or columns % 2:
-            return self
-        gx, gy = (shrunk(plane, (columns // 2, rows // 2)) for plane in (self.gx, self.gy))
-        return SlopeCells(gx, gy, 2 * self.step_px, self.as_normals)
-
-    def image(self, shape: tuple[int, int]) -> tuple[Float32, Float32]:
-        """Return the slopes of every pixel of an (H, W) image."""
-        if self.step_px == 1:
-            return self.gx, self.gy
-        if not self.as_normals:
-            gx, gy = (interpolated(plane, self.step_px, shape) for plane in (self.gx, self.gy))
-            return gx, gy
-        normal_xy = to_normal_xy(np.stack([self.gx, self.gy], axis=-1))
-        gx, gy = (interpolated(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
-        with borrowed(shape, np.float32) as spare:
-            planes_to_gradient(gx, gy, spare)
-        return gx, gy
-
-
-class SlopeFieldParameters(NamedTuple):
-    """Parameters of the evaluation of slope models.
-
-    Nothing sets them from outside: they trade time against accuracy and depend on no sensor.
-
-    Attributes
-    ----------
-    exact_pixels : int, px²
-        On images up to this size the model is evaluated at every pixel.
-        Source: chosen by hand; no script derives it.
-    least_step_ratio, largest_step_ratio : float, ratio
-        Range of the step of the coarse grid, over the step that gives the wanted number of points,
-        in which a step that divides both sides is preferred.
-        Source: chosen by hand; no script derives it.
-    small_change : float, relative change
-        Where the light changed by less, the model is replaced by its first derivatives.
-        Source: chosen by hand: normals differ by less than 0.1° (ADR 86).
-    derivative_change : float, relative change
-        Distance of the central differences that estimate them.
-        Source: half of ``small_change``.
-    smooth_error : float, sine of the angle
-        Mean error of these derivatives from which the model counts as not smooth.
-        Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
-    most_rows : int, count
-        Rows of bytes that are summed up in 16 bits.
-        Source: the largest sum is 2¹⁶ − 1 = 257 × 255.
-    height_cells : int, count
-        Slopes on a coarse grid are averaged over 2 × 2 cells before they are integrated, if so many
-        are left.
-        Source: chosen by hand: a grid of 160 × 120, on which contacts are found, too (ADR 86).
-    """
-
-    exact_pixels: int = 20_000
-    least_step_ratio: float = 0.6
-    largest_step_ratio: float = 1.6
-    small_change: float = 0.02
-    derivative_change: float = 0.01
-    smooth_error: float = 0.00175
-    most_rows: int = 257
-    height_cells: int = 160 * 120
-
-
-SLOPE_FIELD = SlopeFieldParameters()
-"""The values in use."""
+Source: chosen by hand; no script derives it.
+"""
 
 
 def takes_table(shape: tuple[int, int, int]) -> bool:
     """Whether (H, W, K) images have three channels and are large enough for the lookup table."""
-    return shape[2] == 3 and shape[0] * shape[1] > SLOPE_FIELD.exact_pixels
+    return shape[2] == 3 and shape[0] * shape[1] > EXACT_PIXELS
 
 
 class SlopeField:
     """A slope model prepared for one reference.
 
-    Several threads may call :meth:`measure` at once.
+    Several threads may call its methods at once.
 
     Parameters
     ----------
@@ -163,187 +67,56 @@ class SlopeField:
         blur_px: float = 2.0,
         compiled: bool = False,
     ) -> None:
-        self._compiled = compiled
         self._model = model
+        self._table = table if takes_table(reference.shape) else None
+        self._reference = reference, reference_markers
         self._full_scale = full_scale
-        h, w, k = reference.shape
-        self._table = table if takes_table((h, w, k)) else None
-        if self._table is None:
-            self._sampler = Sampler(
-                reference, reference_markers, full_scale=full_scale, blur_px=blur_px
-            )
-            return
-        self._sampling = Sampling.of((h, w), reference_markers, blur_px, compiled=compiled)
-        self._coarse = coarse_size(*self._sampling.shape, self._table.points)
-        base = np.asarray(self._sampling.smooth(reference, reference_markers), np.float32)
-        self._base = self._averaged(base)
-        self._place = self._averaged(place(self._sampling.shape)).reshape(-1, 2)
-        self._still = _Still.of(model, self._place, k)
-        self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
-        self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
+        self._blur_px = blur_px
+        self._sampling = Sampling.of(
+            reference.shape[:2], reference_markers, blur_px, compiled=compiled
+        )
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
-        """Measure the slopes of a frame.
+        """Measure the slopes of a frame, on a grid as coarse as their smoothing allows.
 
         Parameters
         ----------
         pixels : (H, W, K) uint8, uint16 or float32
         marker_mask : (H, W) bool, optional
             Pixels that show a marker. They get the slope of the gel surface around them.
-
         """
-        h, w = pixels.shape[:2]
-        if self._table is None:
-            every = self._sampler.image(pixels, marker_mask).reshape(h * w, -1)
-            both = to_gradient(self._model(every)).reshape(h, w, 2)
-            gx, gy = np.ascontiguousarray(both.transpose(2, 0, 1))
-            return SlopeCells(gx, gy, step_px=1)
-        smoothed = self._sampling.smooth(pixels, marker_mask)
-        normal_xy = np.empty((2, *self._sampling.shape), np.float32)
-        colours, normals = self._looked_up(self._table, smoothed, normal_xy)
-        self._to_slopes(normal_xy, self._from_model(colours).reshape(normals.shape) - normals)
-        gx, gy = normal_xy
-        return SlopeCells(gx, gy, self._sampling.step)
+        if self._table is not None:
+            return self._fine.measure(pixels, marker_mask)
+        every = self._sampler.image(pixels, marker_mask)
+        both = to_gradient(self._model(every.reshape(-1, every.shape[2])))
+        gx, gy = np.ascontiguousarray(both.reshape(*every.shape[:2], 2).transpose(2, 0, 1))
+        return SlopeCells(gx, gy, step_px=1)
 
-    def _averaged(self, image: NDArray[Any]) -> Float32:
-        """Average an image over the cells of the coarse grid, in float32."""
-        columns, rows = self._coarse
-        times, left = divmod(len(image), rows)
-        if image.dtype == np.uint8 and not left and times <= SLOPE_FIELD.most_rows:
-            # sums of whole rows of bytes are much faster than means of numbers
-            sums = image.reshape(rows, times, -1).sum(axis=1, dtype=np.uint16)
-            wide = sums.astype(np.float32).reshape(rows, *image.shape[1:])
-            return np.asarray(shrunk(wide, (columns, rows)) / np.float32(times), np.float32)
-        return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
+    def for_heights(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
+        """Measure the slopes of a frame on the grid to integrate them on; see :meth:`measure`.
 
-    def _from_model(self, smoothed: NDArray[Any]) -> Float32:
-        """Evaluate the model on the coarse grid, (2, N)."""
-        change = relative_change(smoothed, self._base, full_scale=self._full_scale)
-        change = change.reshape(len(self._place), -1)
-        if self._still is None:
-            return self._model(np.concatenate([change, self._place], axis=1)).T
-        found = self._still.extrapolated(change)
-        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_FIELD.small_change)
-        if changed.size:
-            features = np.concatenate([change[changed], self._place[changed]], axis=1)
-            found[:, changed] = self._model(features).T
-        return found
-
-    def _looked_up(
-        self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
-    ) -> tuple[Float32, Float32]:
-        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w).
-
-        Returns the means of the colours and of both components over the cells of the coarse grid.
+        Where this grid is wider, colours are averaged and not slopes.
         """
-        h, w = smoothed.shape[:2]
-        columns, rows = self._coarse
-        loops = kernels.chosen(self._compiled)
-        tiled = h % rows == w % columns == 0
-        if loops is not None and smoothed.dtype == np.uint8 and tiled:
-            wide = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
-            axis = table.axis.per_unit, table.axis.first, table.axis.count
-            pairs = table.normal_xy.view(np.int64).reshape(-1)
-            colours = np.empty((rows, columns, 3), np.float32)
-            normals = np.empty((2, rows, columns), np.float32)
-            means = colours.reshape(rows, -1), normals
-            loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
-            return colours, normals
-        self._look_up(table, smoothed, normal_xy)
-        return self._averaged(smoothed), np.stack([self._averaged(plane) for plane in normal_xy])
+        return (self._wide or self).measure(pixels, marker_mask)
 
-    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
-        h, w = smoothed.shape[:2]
-        bins = self._bins(table, smoothed)
-        with borrowed((h, w), np.int32) as entry, borrowed((h, w), np.complex64) as found:
-            np.multiply(bins[..., 0], table.axis.count, out=entry, dtype=np.int32)
-            np.add(entry, bins[..., 1], out=entry)
-            np.multiply(entry, table.axis.count, out=entry)
-            np.add(entry, bins[..., 2], out=entry)
-            table.normal_xy.reshape(-1).take(entry, out=found, mode="clip")
-            cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
+    @cached_property
+    def _sampler(self) -> Sampler:
+        return Sampler(*self._reference, full_scale=self._full_scale, blur_px=self._blur_px)
 
-    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
-        """Index of the table's entry along each channel, (h, w, 3)."""
-        if smoothed.dtype != np.uint8:
-            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
-            return table.bins(change)
-        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
-        # On a single channel the subtraction takes a scalar and saturates at the first entry.
-        rows = np.asarray(ratio).reshape(len(ratio), -1)
-        cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
-        cv2.min(rows, np.array([table.axis.last], float), dst=rows)
-        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
+    @cached_property
+    def _fine(self) -> SlopeGrid:
+        return self._grid(self._sampling)
 
-    def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
-        """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
-        shape = normal_xy.shape[1:]
-        loops = kernels.chosen(self._compiled)
-        if loops is not None:
-            # the kernel interpolates between rows
-            across = shape[1], len(missing[0])
-            wide = [cv2.resize(m, across, interpolation=cv2.INTER_LINEAR) for m in missing]
-            bands = np.hstack(wide).astype(np.float32, copy=False)
-            loops.corrected_slopes(*normal_xy, bands, NORMALS.steepest_sine)
-            return
-        with borrowed(shape, np.float32) as spare:
-            for plane, coarse in zip(normal_xy, missing, strict=True):
-                cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
-                cv2.add(plane, spare, dst=plane)
-            gx, gy = normal_xy
-            planes_to_gradient(gx, gy, spare)
+    @cached_property
+    def _wide(self) -> SlopeGrid | None:
+        sampling = self._sampling
+        if self._table is None or sampling.step == 1 or not averaged_for_heights(sampling.shape):
+            return None
+        return self._grid(sampling.wider())
 
-
-class _Still(NamedTuple):
-    """A model at N places that show the reference, and how it responds to small changes there.
-
-    Attributes
-    ----------
-    normal_xy : (2, N) float32
-    response : (2, N, K) float32
-        Its derivatives by the relative change of each channel.
-    """
-
-    normal_xy: Float32
-    response: Float32
-
-    @classmethod
-    def of(cls, model: Model, places: Float32, channels: int) -> _Still | None:
-        """Evaluate a model around the reference at (N, 2) places.
-
-        None if it is not smooth there, as a table of few entries.
-        """
-        nothing = np.zeros((len(places), channels), np.float32)
-        step = np.float32(SLOPE_FIELD.derivative_change)
-        response = np.empty((2, *nothing.shape), np.float32)
-        for k in range(channels):
-            more, less = nothing.copy(), nothing.copy()
-            more[:, k], less[:, k] = step, -step
-            change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
-            response[..., k] = change.T / (2 * step)
-        still = cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
-        for common in (SLOPE_FIELD.small_change, -SLOPE_FIELD.small_change / 2):
-            all_alike = np.full_like(nothing, common)
-            exact = model(np.hstack([all_alike, places])).T
-            if np.abs(still.extrapolated(all_alike) - exact).mean() > SLOPE_FIELD.smooth_error:
-                return None
-        return still
-
-    def extrapolated(self, change: Float32) -> Float32:
-        """Return (2, N) components of the normal for small relative changes (N, K)."""
-        return np.asarray(self.normal_xy + (self.response * change).sum(axis=2), np.float32)
-
-
-def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
-    """Width and height of a coarse grid of about ``points`` points.
-
-    A step that divides both sides is preferred: averaging over whole pixels is much faster.
-    """
-    ideal = max(1.0, (rows * columns / points) ** 0.5)
-    least, largest = SLOPE_FIELD.least_step_ratio, SLOPE_FIELD.largest_step_ratio
-    steps = range(max(1, round(least * ideal)), round(largest * ideal) + 1)
-    step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
-    return max(1, columns // step), max(1, rows // step)
+    def _grid(self, sampling: Sampling) -> SlopeGrid:
+        assert self._table is not None
+        return SlopeGrid(self._model, self._table, *self._reference, sampling, self._full_scale)
 
 
 class Sampler:

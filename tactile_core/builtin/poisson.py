@@ -15,7 +15,7 @@ from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import PoissonSolver
 from tactile_core.algorithms.poisson.divergence import between_cells
 from tactile_core.algorithms.poisson.propagation import height_std
-from tactile_core.algorithms.slope_field import SlopeCells
+from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.slope_models.for_reference import ForReference
@@ -95,8 +95,7 @@ class Poisson(Estimator):
         )
         gx, gy, step_px = slopes.gx, slopes.gy, slopes.step_px
         # cells are wide enough for the curvature of the surface to matter between their centres
-        averaged = step_px > grid_of(gradients, "x").step_px
-        sharp = between_cells(gx, gy, averaged=averaged) if step_px > 1 else (gx, gy)
+        sharp = between_cells(gx, gy, averaged=slopes.averaged) if step_px > 1 else (gx, gy)
         height_mm = solver.solve(*sharp)
         if self._boundary == "neumann":
             set_to_rest(
@@ -109,7 +108,7 @@ class Poisson(Estimator):
                 thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
                 compiled=self.context.compiled,
             )
-        return height_map(height_mm, gradients, self.context, step_px)
+        return height_map(height_mm, gradients, self.context, step_px, averaged=slopes.averaged)
 
     def _relative_to(
         self, gradients: Gradients, reference: ReferenceGradients | None
@@ -120,24 +119,25 @@ class Poisson(Estimator):
             return slopes
         levels = self._levels(reference)
         if levels.step_px != slopes.step_px:
-            return relative_to(gradients, reference)
-        return SlopeCells(slopes.gx - levels.gx, slopes.gy - levels.gy, slopes.step_px)
+            return SlopeCells(*relative_to(gradients, reference), step_px=1)
+        return slopes._replace(gx=slopes.gx - levels.gx, gy=slopes.gy - levels.gy)
 
 
-def relative_to(gradients: Gradients, reference: ReferenceGradients | None) -> SlopeCells:
-    """Subtract the slopes that the calibration measures on the reference, if there are any."""
-    slopes = _cells(gradients)
+def relative_to(
+    gradients: Gradients, reference: ReferenceGradients | None
+) -> tuple[Float32, Float32]:
+    """Subtract the slopes that the calibration measures on the reference, if there are any.
+
+    Returns the (H, W) slopes of every pixel.
+    """
     if reference is None:
-        return slopes
-    levels = _cells(reference)
-    if levels.step_px != slopes.step_px:
-        return SlopeCells(gradients.x - reference.x, gradients.y - reference.y, step_px=1)
-    return SlopeCells(slopes.gx - levels.gx, slopes.gy - levels.gy, slopes.step_px)
+        return gradients.x, gradients.y
+    return gradients.x - reference.x, gradients.y - reference.y
 
 
 def _cells(slopes: Gradients | ReferenceGradients) -> SlopeCells:
     x, y = grid_of(slopes, "x"), grid_of(slopes, "y")
-    return SlopeCells(x.cells, y.cells, x.step_px)
+    return SlopeCells(x.cells, y.cells, x.step_px, averaged=x.averaged)
 
 
 def _levels(reference: ReferenceGradients) -> SlopeCells:
@@ -145,7 +145,12 @@ def _levels(reference: ReferenceGradients) -> SlopeCells:
 
 
 def height_map(
-    height_mm: Float32, gradients: Gradients, context: SensorContext, step_px: int = 1
+    height_mm: Float32,
+    gradients: Gradients,
+    context: SensorContext,
+    step_px: int = 1,
+    *,
+    averaged: bool = False,
 ) -> HeightMap:
     """Make a height map of the height that was integrated from these slopes.
 
@@ -157,10 +162,12 @@ def height_map(
     context : SensorContext
     step_px : int
         Side of a cell.
+    averaged : bool
+        Whether these slopes were means over smaller cells.
     """
-    slopes = grid_of(gradients, "x")
+    shape = grid_of(gradients, "x").shape
     return HeightMap(
-        _on_demand(Grid(height_mm, step_px, slopes.shape), averaged=step_px > slopes.step_px),
+        _on_demand(Grid(height_mm, step_px, shape), averaged=averaged),
         on_demand(lambda: gradients.valid),
         gradients.mm_per_px,
         gradients.timestamp_s,
@@ -172,9 +179,9 @@ def height_map(
 def _on_demand(grid: Grid, *, averaged: bool) -> Float32:
     """Return a height on a grid; on the grid of averaged slopes its peaks lie between the cells."""
     if averaged:
-        cells, step_px, shape = grid
+        cells, step_px, shape, _ = grid
         return on_demand(lambda: interpolated(refined(cells), step_px // 2, shape), grid)
-    return on_grid(*grid)
+    return on_grid(grid.cells, grid.step_px, grid.shape)
 
 
 def _std_cells_mm(height_mm: Float32, gradients: Gradients) -> Float32 | None:

@@ -17,7 +17,6 @@ from tactile_core.builtin.poisson import (
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Gradients, HeightMap, ReferenceGradients
-from tactile_core.quantities.on_demand import grid_of
 
 
 class RobustPoisson(Estimator):
@@ -62,7 +61,7 @@ class RobustPoisson(Estimator):
         self, gradients: Gradients, reference: ReferenceGradients | None = None
     ) -> HeightMap:
         """Return the height, 0 where undeformed and positive where pressed."""
-        gx, gy = relative_to(gradients, reference).image(grid_of(gradients, "x").shape)
+        gx, gy = relative_to(gradients, reference)
         height_mm = integrate_robustly(
             gx,
             gy,

@@ -184,8 +184,11 @@ class SlipContactFinder(Estimator):
         mask = picked(contact.mask, self._stride)
         touched = bool(mask.any())
         if height is not None:
+            grid = grid_of(height, "mm")
             steep, slope = steepness_of(
-                *grid_of(height, "mm"),
+                grid.cells,
+                grid.step_px,
+                grid.shape,
                 self._stride,
                 spacing_mm=self._spacing_mm,
                 compiled=self.context.compiled,

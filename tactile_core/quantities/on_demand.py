@@ -34,17 +34,20 @@ class Grid(NamedTuple):
         Side of a cell; 1 for the pixels of the image.
     shape : (H, W)
         Of the image.
+    averaged : bool
+        Whether the cells hold means over smaller cells, and not values at their centres.
     """
 
     cells: NDArray[Any]
     step_px: int
     shape: tuple[int, int]
+    averaged: bool = False
 
     def of_image(self) -> Grid:
         """Return a grid that ends where the image does: itself, or else the image's pixels."""
         if tuple(side * self.step_px for side in self.cells.shape[:2]) == self.shape:
             return self
-        return Grid(interpolated(*self), 1, self.shape)
+        return Grid(interpolated(self.cells, self.step_px, self.shape), 1, self.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +93,7 @@ def on_grid(cells: Float32, step_px: int, shape: tuple[int, int]) -> Float32:
     if step_px == 1:
         return cells
     grid = Grid(cells, step_px, shape)
-    return on_demand(lambda: interpolated(*grid), grid)
+    return on_demand(lambda: interpolated(cells, step_px, shape), grid)
 
 
 def waiting(quantity: Any) -> dict[str, OnDemand]:

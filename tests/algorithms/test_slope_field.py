@@ -5,7 +5,8 @@ import pytest
 
 from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.colour_table import Axis, bake
-from tactile_core.algorithms.slope_field import SLOPE_FIELD, SlopeField, coarse_size
+from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.slope_grid import coarse_size
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
@@ -33,8 +34,7 @@ def both_ways(
 ) -> tuple[np.ndarray, np.ndarray]:
     table = bake(model, Axis(per_unit=80, first=45, count=80))
     fast = np.stack(SlopeField(model, table, reference).measure(frame).image(frame.shape[:2]))
-    everywhere = SLOPE_FIELD._replace(exact_pixels=frame.size)
-    monkeypatch.setattr(slope_field, "SLOPE_FIELD", everywhere)
+    monkeypatch.setattr(slope_field, "EXACT_PIXELS", frame.size)
     exact = np.stack(SlopeField(model, table, reference).measure(frame).image(frame.shape[:2]))
     return fast, exact
 
@@ -147,9 +147,43 @@ def test_only_a_smooth_model_is_extrapolated_from_the_reference(
     _, reference = scene
     table = bake(counted, Axis(per_unit=80, first=45, count=80))
     field = SlopeField(counted, table, reference)
+    brighter = np.rint(reference * 1.01).astype(np.uint8)
+    field.measure(brighter)
     evaluated.clear()
-    found = np.stack(field.measure(np.rint(reference * 1.01).astype(np.uint8))[:2])
+    found = np.stack(field.measure(brighter)[:2])
     assert sum(evaluated) == (1200 if steps_per_unit else 0)
     if not steps_per_unit:
         expected = model(np.float32([[0.01, 0.01, 0.01, 0, 0]]))[0]
         assert found.mean(axis=(1, 2)) == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize("marked", [False, True])
+def test_slopes_for_heights_are_means_over_wider_cells(marked: bool) -> None:
+    y, x = np.mgrid[:480, :640]
+    waves = [np.sin(x / 40 + k) * np.cos(y / 50 - k) for k in range(3)]
+    reference = np.full((480, 640, 3), 120, np.float32)
+    frame = np.rint(reference * (1 + 0.3 * np.stack(waves, 2))).astype(np.uint8)
+    markers = (x % 40 < 9) & (y % 40 < 9) if marked else None
+    if markers is not None:
+        frame[markers], reference[markers] = 20, 20
+    table = bake(model, Axis(per_unit=80, first=45, count=80))
+    field = SlopeField(model, table, reference, markers)
+    fine, wide = field.measure(frame, markers), field.for_heights(frame, markers)
+    means = fine.for_heights()
+    assert wide.averaged
+    assert wide.gx.shape == means.gx.shape == (120, 160)
+    assert wide.step_px == means.step_px == 2 * fine.step_px
+    for direct, averaged in zip(wide[:2], means[:2], strict=True):
+        assert np.abs(direct - averaged).mean() < (0.006 if marked else 0.003)
+        assert np.abs(direct - averaged).max() < (0.06 if marked else 0.02)
+
+
+@pytest.mark.parametrize("shape", [(240, 320), (478, 638)])
+def test_slopes_for_heights_keep_a_grid_that_is_coarse_or_odd_already(
+    shape: tuple[int, int],
+) -> None:
+    reference = np.full((*shape, 3), 120, np.float32)
+    table = bake(model, Axis(per_unit=80, first=45, count=80))
+    field = SlopeField(model, table, reference)
+    frame = reference.astype(np.uint8)
+    assert field.for_heights(frame).step_px == field.measure(frame).step_px

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.slope_field import Model, Sampler, SlopeField
+from tactile_core.algorithms.slope_field import Sampler, SlopeField
+from tactile_core.algorithms.slope_grid import Model
 from tactile_core.quantities import Reference
 
 

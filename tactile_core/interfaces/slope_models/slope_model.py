@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
-from tactile_core.algorithms.slope_field import SlopeCells, SlopeField
+from tactile_core.algorithms.slope_cells import SlopeCells
+from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.validity import two_within
 from tactile_core.interfaces.slope_models.fields import slope_field
 from tactile_core.interfaces.slope_models.for_reference import ForReference
@@ -98,8 +99,11 @@ class SlopeModel(Generic[F]):
             images, or the full scales of frame and reference differ.
         """
         check_fitting(frame, reference, self.shape)
-        cells = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return slopes_of(frame, cells)
+        prepared, seen = self._field(reference), (frame.pixels, frame.marker_mask)
+        cells = prepared.for_heights(*seen)
+        if not cells.averaged:
+            return slopes_of(frame, cells)
+        return slopes_of(frame, cells, finer=lambda: prepared.measure(*seen))
 
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
@@ -133,7 +137,11 @@ class SlopeModel(Generic[F]):
 
 
 def slopes_of(
-    frame: Frame, cells: SlopeCells, reliable: Callable[[], Bool] | None = None
+    frame: Frame,
+    cells: SlopeCells,
+    reliable: Callable[[], Bool] | None = None,
+    *,
+    finer: Callable[[], SlopeCells] | None = None,
 ) -> Gradients:
     """Return the slopes of a frame, valid where they are measurable and reliable.
 
@@ -145,10 +153,13 @@ def slopes_of(
     reliable : callable, optional
         Returns (H, W) bool: the model's own estimate of where its slopes are reliable. Called when
         somebody reads the validity. Default: everywhere.
+    finer : callable, optional
+        Returns the slopes on a finer grid. Called when somebody reads those of every pixel.
     """
     shape = frame.pixels.shape[:2]
-    image = cache(lambda: cells.image(shape))
-    gx, gy = (Grid(plane, cells.step_px, shape) for plane in (cells.gx, cells.gy))
+    image = cache(lambda: (finer() if finer else cells).image(shape))
+    planes = cells.gx, cells.gy
+    gx, gy = (Grid(plane, cells.step_px, shape, cells.averaged) for plane in planes)
     return Gradients(
         on_demand(lambda: image()[0], gx),
         on_demand(lambda: image()[1], gy),

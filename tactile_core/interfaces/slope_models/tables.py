@@ -10,7 +10,8 @@ import numpy as np
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 from tactile_core.algorithms.normal_xy import to_normal_xy
-from tactile_core.algorithms.slope_field import Model, takes_table
+from tactile_core.algorithms.slope_field import takes_table
+from tactile_core.algorithms.slope_grid import Model
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_models.fields import sampler_of, slope_field
 from tactile_core.interfaces.slope_models.image_shape import shape_of

@@ -1,0 +1,263 @@
+"""Slopes on a coarse grid, by a table of a model's colours and the model itself at fewer places.
+
+Evaluating a network or a polynomial at every pixel costs tens of milliseconds. Its dependence on
+the position is smooth. So the model is evaluated at about a thousand places, and a lookup table of
+the same model over colour alone adds the detail: ``normal_xy = table + (model − averaged table)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.algorithms import kernels
+from tactile_core.algorithms.arrays.scratch import borrowed
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.algorithms.colour_table import ColourTable
+from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient
+from tactile_core.algorithms.photometric import place, relative_change
+from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.slope_cells import SlopeCells
+
+Model = Callable[[Float32], Float32]
+
+
+class SlopeGridParameters(NamedTuple):
+    """Parameters of the evaluation of slope models.
+
+    Nothing sets them from outside: they trade time against accuracy and depend on no sensor.
+
+    Attributes
+    ----------
+    least_step_ratio, largest_step_ratio : float, ratio
+        Range of the step of the coarse grid, over the step that gives the wanted number of points,
+        in which a step that divides both sides is preferred.
+        Source: chosen by hand; no script derives it.
+    small_change : float, relative change
+        Where the light changed by less, the model is replaced by its first derivatives.
+        Source: chosen by hand: normals differ by less than 0.1° (ADR 86).
+    derivative_change : float, relative change
+        Distance of the central differences that estimate them.
+        Source: half of ``small_change``.
+    smooth_error : float, sine of the angle
+        Mean error of these derivatives from which the model counts as not smooth.
+        Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
+    most_rows : int, count
+        Rows of bytes that are summed up in 16 bits.
+        Source: the largest sum is 2¹⁶ − 1 = 257 × 255.
+    """
+
+    least_step_ratio: float = 0.6
+    largest_step_ratio: float = 1.6
+    small_change: float = 0.02
+    derivative_change: float = 0.01
+    smooth_error: float = 0.00175
+    most_rows: int = 257
+
+
+SLOPE_GRID = SlopeGridParameters()
+"""The values in use."""
+
+
+class SlopeGrid:
+    """A slope model and its table, prepared for one reference on one grid.
+
+    Several threads may call :meth:`measure` at once.
+
+    Parameters
+    ----------
+    model : callable
+        (N, K + 2) relative changes and position → (N, 2) x and y components of the unit normal.
+    table : ColourTable
+        The same model over the change alone.
+    reference : (H, W, K) float32
+        Image of the undeformed sensor.
+    reference_markers : (H, W) bool or None
+        Pixels that show a marker in it.
+    sampling : Sampling
+        Smooths an image to the grid.
+    full_scale : float
+        The intensity at which a channel saturates.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        table: ColourTable,
+        reference: Float32,
+        reference_markers: Bool | None,
+        sampling: Sampling,
+        full_scale: float = LEVELS.full_scale_8_bit,
+    ) -> None:
+        self._model, self._table, self._sampling = model, table, sampling
+        self._full_scale = full_scale
+        self._coarse = coarse_size(*sampling.shape, table.points)
+        base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
+        self._base = self._averaged(base)
+        self._place = self._averaged(place(sampling.shape)).reshape(-1, 2)
+        self._still = _Still.of(model, self._place, reference.shape[2])
+        self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
+        self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
+
+    def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
+        """Measure the slopes of a frame.
+
+        Parameters
+        ----------
+        pixels : (H, W, K) uint8, uint16 or float32
+        marker_mask : (H, W) bool, optional
+            Pixels that show a marker. They get the slope of the gel surface around them.
+        """
+        sampling = self._sampling
+        smoothed = sampling.smooth(pixels, marker_mask)
+        normal_xy = np.empty((2, *sampling.shape), np.float32)
+        colours, normals = self._looked_up(self._table, smoothed, normal_xy)
+        self._to_slopes(normal_xy, self._from_model(colours).reshape(normals.shape) - normals)
+        gx, gy = normal_xy
+        return SlopeCells(gx, gy, sampling.step, averaged=sampling.averaged)
+
+    def _averaged(self, image: NDArray[Any]) -> Float32:
+        """Average an image over the cells of the coarse grid, in float32."""
+        columns, rows = self._coarse
+        times, left = divmod(len(image), rows)
+        if image.dtype == np.uint8 and not left and times <= SLOPE_GRID.most_rows:
+            # sums of whole rows of bytes are much faster than means of numbers
+            sums = image.reshape(rows, times, -1).sum(axis=1, dtype=np.uint16)
+            wide = sums.astype(np.float32).reshape(rows, *image.shape[1:])
+            return np.asarray(shrunk(wide, (columns, rows)) / np.float32(times), np.float32)
+        return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
+
+    def _from_model(self, smoothed: NDArray[Any]) -> Float32:
+        """Evaluate the model on the coarse grid, (2, N)."""
+        change = relative_change(smoothed, self._base, full_scale=self._full_scale)
+        change = change.reshape(len(self._place), -1)
+        if self._still is None:
+            return self._model(np.concatenate([change, self._place], axis=1)).T
+        found = self._still.extrapolated(change)
+        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_GRID.small_change)
+        if changed.size:
+            features = np.concatenate([change[changed], self._place[changed]], axis=1)
+            found[:, changed] = self._model(features).T
+        return found
+
+    def _looked_up(
+        self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
+    ) -> tuple[Float32, Float32]:
+        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w).
+
+        Returns the means of the colours and of both components over the cells of the coarse grid.
+        """
+        h, w = smoothed.shape[:2]
+        columns, rows = self._coarse
+        loops = kernels.chosen(self._sampling.compiled)
+        tiled = h % rows == w % columns == 0
+        if loops is not None and smoothed.dtype == np.uint8 and tiled:
+            wide = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
+            axis = table.axis.per_unit, table.axis.first, table.axis.count
+            pairs = table.normal_xy.view(np.int64).reshape(-1)
+            colours = np.empty((rows, columns, 3), np.float32)
+            normals = np.empty((2, rows, columns), np.float32)
+            means = colours.reshape(rows, -1), normals
+            loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
+            return colours, normals
+        self._look_up(table, smoothed, normal_xy)
+        return self._averaged(smoothed), np.stack([self._averaged(plane) for plane in normal_xy])
+
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
+        h, w = smoothed.shape[:2]
+        bins = self._bins(table, smoothed)
+        with borrowed((h, w), np.int32) as entry, borrowed((h, w), np.complex64) as found:
+            np.multiply(bins[..., 0], table.axis.count, out=entry, dtype=np.int32)
+            np.add(entry, bins[..., 1], out=entry)
+            np.multiply(entry, table.axis.count, out=entry)
+            np.add(entry, bins[..., 2], out=entry)
+            table.normal_xy.reshape(-1).take(entry, out=found, mode="clip")
+            cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
+
+    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
+        """Index of the table's entry along each channel, (h, w, 3)."""
+        if smoothed.dtype != np.uint8:
+            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
+            return table.bins(change)
+        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
+        # On a single channel the subtraction takes a scalar and saturates at the first entry.
+        rows = np.asarray(ratio).reshape(len(ratio), -1)
+        cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
+        cv2.min(rows, np.array([table.axis.last], float), dst=rows)
+        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
+
+    def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
+        """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
+        shape = normal_xy.shape[1:]
+        loops = kernels.chosen(self._sampling.compiled)
+        if loops is not None:
+            # the kernel interpolates between rows
+            across = shape[1], len(missing[0])
+            wide = [cv2.resize(m, across, interpolation=cv2.INTER_LINEAR) for m in missing]
+            bands = np.hstack(wide).astype(np.float32, copy=False)
+            loops.corrected_slopes(*normal_xy, bands, NORMALS.steepest_sine)
+            return
+        with borrowed(shape, np.float32) as spare:
+            for plane, coarse in zip(normal_xy, missing, strict=True):
+                cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
+                cv2.add(plane, spare, dst=plane)
+            gx, gy = normal_xy
+            planes_to_gradient(gx, gy, spare)
+
+
+class _Still(NamedTuple):
+    """A model at N places that show the reference, and how it responds to small changes there.
+
+    Attributes
+    ----------
+    normal_xy : (2, N) float32
+    response : (2, N, K) float32
+        Its derivatives by the relative change of each channel.
+    """
+
+    normal_xy: Float32
+    response: Float32
+
+    @classmethod
+    def of(cls, model: Model, places: Float32, channels: int) -> _Still | None:
+        """Evaluate a model around the reference at (N, 2) places.
+
+        None if it is not smooth there, as a table of few entries.
+        """
+        nothing = np.zeros((len(places), channels), np.float32)
+        step = np.float32(SLOPE_GRID.derivative_change)
+        response = np.empty((2, *nothing.shape), np.float32)
+        for k in range(channels):
+            more, less = nothing.copy(), nothing.copy()
+            more[:, k], less[:, k] = step, -step
+            change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
+            response[..., k] = change.T / (2 * step)
+        still = cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
+        for common in (SLOPE_GRID.small_change, -SLOPE_GRID.small_change / 2):
+            all_alike = np.full_like(nothing, common)
+            exact = model(np.hstack([all_alike, places])).T
+            if np.abs(still.extrapolated(all_alike) - exact).mean() > SLOPE_GRID.smooth_error:
+                return None
+        return still
+
+    def extrapolated(self, change: Float32) -> Float32:
+        """Return (2, N) components of the normal for small relative changes (N, K)."""
+        return np.asarray(self.normal_xy + (self.response * change).sum(axis=2), np.float32)
+
+
+def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
+    """Width and height of a coarse grid of about ``points`` points.
+
+    A step that divides both sides is preferred: averaging over whole pixels is much faster.
+    """
+    ideal = max(1.0, (rows * columns / points) ** 0.5)
+    least, largest = SLOPE_GRID.least_step_ratio, SLOPE_GRID.largest_step_ratio
+    steps = range(max(1, round(least * ideal)), round(largest * ideal) + 1)
+    step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
+    return max(1, columns // step), max(1, rows // step)

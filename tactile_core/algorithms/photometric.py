@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
@@ -19,6 +21,10 @@ from tactile_core.algorithms.levels import LEVELS
 
 _NO_MARKER: Any = 0
 """Value of a marker mask off the markers. OpenCV compares with numbers; its type stubs do not."""
+
+
+_MOST_SUMMED = 15
+"""Side of the largest square of bytes that the kernel sums up in 16 bits."""
 
 
 class MarkerFillParameters(NamedTuple):
@@ -149,10 +155,13 @@ class AroundMarkers:
         From :func:`bare_mask`.
     size_px : int
         Side of the neighbourhood that markers are filled from.
+    compiled : bool
+        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(self, surface: NDArray[np.uint8], size_px: int) -> None:
+    def __init__(self, surface: NDArray[np.uint8], size_px: int, *, compiled: bool = False) -> None:
         self._surface = surface
+        self._compiled = compiled
         rows, columns = surface.shape
         # The mean around a marker varies slowly, so a coarser image suffices. Halving is by far
         # the fastest way to make one.
@@ -163,9 +172,13 @@ class AroundMarkers:
         ):
             step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
-        self._box = (max(3, size_px // step) | 1,) * 2
+        self._side = max(3, size_px // step) | 1
+
+    @cached_property
+    def _count(self) -> Float32:
+        """Number of bare pixels in the neighbourhood of each."""
         least = np.float32(MARKER_FILL.least_surface_px)
-        self._count = np.maximum(self._total(surface) / np.float32(255), least)
+        return np.asarray(np.maximum(self._total(self._surface) / np.float32(255), least))
 
     def filled(self, part: NDArray[Any], *, zero: bool = False) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype.
@@ -173,6 +186,14 @@ class AroundMarkers:
         ``zero`` says that the markers are 0 already.
         """
         if zero:
+            loops = kernels.chosen(self._compiled)
+            rows, columns = self._surface.shape
+            few = self._coarse == (columns, rows) and self._side <= _MOST_SUMMED
+            if loops is not None and few and part.dtype == np.uint8 and part.shape[2:] == (3,):
+                filled = np.empty_like(part)
+                wide = part.reshape(rows, -1), filled.reshape(rows, -1)
+                loops.filled_where_hidden(wide[0], self._surface & 1, self._side // 2, wide[1])
+                return filled
             total = self._total(part)
         else:
             with borrowed(part.shape, part.dtype) as without:
@@ -189,7 +210,9 @@ class AroundMarkers:
 
     def _total(self, part: NDArray[Any]) -> Float32:
         small = shrunk(part, self._coarse)
-        return np.asarray(cv2.boxFilter(small, cv2.CV_32F, self._box), np.float32)
+        size = self._side, self._side
+        # sums of bytes are exact, and means are not
+        return np.asarray(cv2.boxFilter(small, cv2.CV_32F, size, normalize=False), np.float32)
 
 
 def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:

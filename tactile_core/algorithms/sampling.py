@@ -135,7 +135,7 @@ class Sampling:
             halved = self._halved(parts, hidden) if times == 2 else None
             share, parts = halved or _of_surface(parts, hidden, times)
             hidden, zero = share < SAMPLING.bare_level, halved is not None
-        around = AroundMarkers(bare_mask(hidden), self.around_px)
+        around = AroundMarkers(bare_mask(hidden), self.around_px, compiled=self.compiled)
         return [self._smooth(around.filled(part, zero=zero)) for part in parts]
 
     @property

@@ -99,10 +99,11 @@ class SlopeGrid:
         self._full_scale = full_scale
         self._coarse = coarse_size(*sampling.shape, table.points)
         base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
-        self._base = self._averaged(base)
+        floor = np.float32(LEVELS.least_divisor_share * full_scale)
+        self._base = np.maximum(self._averaged(base), floor).reshape(-1, base.shape[2])
         self._place = self._averaged(place(sampling.shape)).reshape(-1, 2)
         self._still = _Still.of(model, self._place, reference.shape[2])
-        self._fine_base = np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale))
+        self._fine_base = np.maximum(base, floor)
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
@@ -133,18 +134,35 @@ class SlopeGrid:
             return np.asarray(shrunk(wide, (columns, rows)) / np.float32(times), np.float32)
         return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
-    def _from_model(self, smoothed: NDArray[Any]) -> Float32:
+    def _from_model(self, colours: Float32) -> Float32:
         """Evaluate the model on the coarse grid, (2, N)."""
-        change = relative_change(smoothed, self._base, full_scale=self._full_scale)
-        change = change.reshape(len(self._place), -1)
+        colours = colours.reshape(len(self._place), -1)
         if self._still is None:
-            return self._model(np.concatenate([change, self._place], axis=1)).T
-        found = self._still.extrapolated(change)
-        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_GRID.small_change)
+            features = np.concatenate([self._change(colours), self._place], axis=1)
+            return self._model(features).T
+        found, changed, change = self._extrapolated(self._still, colours)
         if changed.size:
-            features = np.concatenate([change[changed], self._place[changed]], axis=1)
+            features = np.concatenate([change, self._place[changed]], axis=1)
             found[:, changed] = self._model(features).T
         return found
+
+    def _change(self, colours: Float32) -> Float32:
+        return relative_change(colours, self._base, full_scale=self._full_scale)
+
+    def _extrapolated(
+        self, still: _Still, colours: Float32
+    ) -> tuple[Float32, NDArray[np.intp], Float32]:
+        """Extrapolate the model from the reference; also, where colours changed much, and how."""
+        loops = kernels.chosen(self._sampling.compiled)
+        if loops is not None and colours.shape[1] == 3:
+            found = np.empty(still.normal_xy.shape, np.float32)
+            changed, change = np.empty(len(colours), np.intp), np.empty_like(colours)
+            into = SLOPE_GRID.small_change, found, changed, change
+            count = loops.extrapolated(colours, self._base, *still, *into)
+            return found, changed[:count], change[:count]
+        change = self._change(colours)
+        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_GRID.small_change)
+        return still.extrapolated(change), changed, change[changed]
 
     def _looked_up(
         self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
@@ -197,11 +215,7 @@ class SlopeGrid:
         shape = normal_xy.shape[1:]
         loops = kernels.chosen(self._sampling.compiled)
         if loops is not None:
-            # the kernel interpolates between rows
-            across = shape[1], len(missing[0])
-            wide = [cv2.resize(m, across, interpolation=cv2.INTER_LINEAR) for m in missing]
-            bands = np.hstack(wide).astype(np.float32, copy=False)
-            loops.corrected_slopes(*normal_xy, bands, NORMALS.steepest_sine)
+            loops.corrected_slopes(*normal_xy, missing, NORMALS.steepest_sine)
             return
         with borrowed(shape, np.float32) as spare:
             for plane, coarse in zip(normal_xy, missing, strict=True):

@@ -7,6 +7,7 @@ import types
 from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from tactile_core.errors import PluginError, ProfileError
@@ -67,11 +68,15 @@ class Step:
 
     def blamed(self) -> AbstractContextManager[None]:
         """Convert exceptions inside the block to an error that names this step and its plugin."""
+        return self._blame
+
+    @cached_property
+    def _blame(self) -> AbstractContextManager[None]:
         return blame(f"step {self.name!r}", self.estimator)
 
     def estimate(self, given: Mapping[QuantityType, Quantity]) -> tuple[Any, ...]:
         """Run the estimator on the quantities that it takes; return its results."""
-        return _tuple(self.estimator.estimate(*(given.get(kind) for kind in self.takes)))
+        return _tuple(self.estimator.estimate(*map(given.get, self.takes)))
 
     def missing(self, available: Collection[QuantityType]) -> QuantityType | None:
         """Return the first required input that is not available."""
@@ -79,6 +84,21 @@ class Step:
             if kind not in available:
                 return kind
         return None
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What runs if quantities of certain types are given.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+    left_out : mapping of step name to type
+        The other steps, each with its first missing input.
+    """
+
+    steps: tuple[Step, ...]
+    left_out: Mapping[str, QuantityType]
 
 
 class Chain:
@@ -103,6 +123,7 @@ class Chain:
     def __init__(self, steps: Mapping[str, Estimator]) -> None:
         self.steps = tuple(declared_step(name, estimator) for name, estimator in steps.items())
         self._opened = False
+        self._plans: dict[frozenset[QuantityType], _Plan] = {}
         _refuse_two_producers(self.steps)
         _refuse_wrong_order(self.steps)
 
@@ -118,14 +139,22 @@ class Chain:
 
     def left_out(self, given: Collection[QuantityType]) -> dict[str, QuantityType]:
         """Return the steps that cannot run on these types, each with its first missing input."""
-        available, left_out = set(given), dict[str, QuantityType]()
-        for step in self.steps:
-            missing = step.missing(available)
-            if missing is None:
-                available |= set(step.gives)
-            else:
-                left_out[step.name] = missing
-        return left_out
+        return dict(self._plan(given).left_out)
+
+    def _plan(self, given: Collection[QuantityType]) -> _Plan:
+        """Choose the steps that can run on these types, once for each set of types."""
+        types = frozenset(given)
+        if types not in self._plans:
+            available, runs, left_out = set(types), list[Step](), dict[str, QuantityType]()
+            for step in self.steps:
+                missing = step.missing(available)
+                if missing is None:
+                    runs.append(step)
+                    available |= set(step.gives)
+                else:
+                    left_out[step.name] = missing
+            self._plans[types] = _Plan(tuple(runs), left_out)
+        return self._plans[types]
 
     def check(self, given: Collection[QuantityType]) -> None:
         """Raise an error if a step can never run.
@@ -172,18 +201,14 @@ class Chain:
         by_type, results = dict(given), dict[str, Quantity]()
         frame = given.get(Frame)
         size = frame.pixels.shape[:2] if isinstance(frame, Frame) else None
-        left_out = dict[str, QuantityType]()
-        for step in self.steps:
-            missing = step.missing(by_type)
-            if missing is not None:
-                left_out[step.name] = missing
-                continue
-            given_already = next((kind for kind in step.gives if kind in by_type), None)
-            if given_already is not None:
-                raise ProfileError(
-                    f"{step} provides {given_already.__name__}, which this sensor's calibration "
-                    f"already provides; remove the step"
-                )
+        plan = self._plan(given)
+        for step in plan.steps:
+            for kind in step.gives:
+                if kind in by_type:
+                    raise ProfileError(
+                        f"{step} provides {kind.__name__}, which this sensor's calibration "
+                        f"already provides; remove the step"
+                    )
             with step.blamed():
                 found = step.estimate(by_type)
             found = _checked(step, found, size)
@@ -193,7 +218,7 @@ class Chain:
                 found = _checked(step, _tuple(tared), size)
             by_type.update(zip(step.gives, found, strict=True))
             results[step.name] = found[0]
-        return ChainResult(by_type, results, left_out)
+        return ChainResult(by_type, results, plan.left_out)
 
     def open(self) -> None:
         """Open every step; do nothing if they are already open."""
@@ -213,7 +238,7 @@ class Chain:
 
     def __getstate__(self) -> dict[str, Any]:
         # a copy in another process opens its own resources
-        return {**vars(self), "_opened": False}
+        return {**vars(self), "_opened": False, "_plans": {}}
 
     def reset(self) -> None:
         """Make every step forget earlier frames."""

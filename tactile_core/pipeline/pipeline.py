@@ -207,9 +207,10 @@ class Pipeline:
                 warnings.append(not_given(name, kind))
             elif first and kind is Gradients and HeightMap in given:
                 warnings.append(without_slopes(name))
-        for quantity in measured_only.values():
-            with blame_of(quantity):
-                warnings += quantity.warnings()
+        for kind, quantity in measured_only.items():
+            if kind.warnings is not Quantity.warnings:
+                with blame_of(quantity):
+                    warnings += quantity.warnings()
         # not the latency: on a busy machine any frame may take seconds
         if first and self.compiled and thread_time() - start_of_thread_s > COMPILING_S:
             warnings.append(

@@ -21,6 +21,10 @@ Guard = Callable[["Quantity"], AbstractContextManager[None]]
 """Returns a context manager that handles errors of a quantity's own code."""
 
 
+_PLAIN = {float, int, bool, str, tuple, type(None)}
+"""Types of values that are neither arrays nor computed on demand."""
+
+
 @dataclass(frozen=True, eq=False)
 class Quantity:
     """Base of everything that an :class:`~tactile_core.interfaces.estimator.Estimator` processes.
@@ -33,6 +37,8 @@ class Quantity:
     def __post_init__(self) -> None:
         values = self.__dict__
         for name, value in tuple(values.items()):
+            if type(value) in _PLAIN:
+                continue
             if isinstance(value, np.ndarray):
                 values[name] = _read_only(value)
             elif isinstance(value, OnDemand):

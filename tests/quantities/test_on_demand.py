@@ -65,7 +65,7 @@ def test_the_grid_stays_known_after_reading() -> None:
 def test_a_field_that_was_given_as_an_image_is_its_own_grid() -> None:
     image = plane(SHAPE)
     made = HeightMap(image, np.ones(SHAPE, np.bool_), 0.1)
-    cells, step_px, shape = grid_of(made, "mm")
+    cells, step_px, shape, _ = grid_of(made, "mm")
     assert step_px == 1
     assert shape == SHAPE
     np.testing.assert_array_equal(cells, image)

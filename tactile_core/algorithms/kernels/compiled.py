@@ -34,6 +34,8 @@ from tactile_core.algorithms.kernels.rest_plane import rest_plane
 from tactile_core.algorithms.kernels.shear import calm_and_entropy, fitted_motion
 from tactile_core.algorithms.kernels.slopes import (
     corrected_slopes,
+    extrapolated,
+    filled_where_hidden,
     halved_where_bare,
     normal_xy_of_bytes,
 )
@@ -50,6 +52,8 @@ __all__ = [
     "drawn_contact",
     "elastic_columns",
     "energy_moments",
+    "extrapolated",
+    "filled_where_hidden",
     "fit_sums",
     "fitted",
     "fitted_motion",

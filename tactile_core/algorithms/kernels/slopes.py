@@ -136,27 +136,178 @@ def _corrected(nx: Float32, ny: Float32, correction: Float32, bound: Any) -> Non
 
 
 @njit(**LOOP)
+def _widened(missing: Float32, columns: int, out: Float32) -> None:
+    """Interpolate (2, h, w) linearly to ``columns``, into (h, 2 columns) with both side by side."""
+    count = missing.shape[2]
+    for j in range(columns):
+        at = min(max((j + 0.5) * count / columns - 0.5, 0.0), float(count - 1))
+        left = int(at)
+        right, share = min(left + 1, count - 1), np.float32(at - left)
+        for k in range(2):
+            for i in range(missing.shape[1]):
+                value = missing[k, i, left]
+                out[i, k * columns + j] = value + share * (missing[k, i, right] - value)
+
+
+@njit(**LOOP)
 def corrected_slopes(nx: Float32, ny: Float32, missing: Float32, steepest: float) -> None:
-    """Add a correction, interpolated linearly between rows, and convert normals to slopes.
+    """Add a correction, interpolated linearly, and convert normals to slopes.
 
     Parameters
     ----------
     nx, ny : (H, W) float32
         Components of unit normals; overwritten by the slopes.
-    missing : (h, 2 W) float32
-        Their corrections, side by side, at the centres of h bands that tile the rows.
+    missing : (2, h, w) float32
+        Their corrections at the centres of h · w cells that tile the image.
     steepest : float
         Longer ``normal_xy`` are shortened to it.
     """
-    count = len(missing)
-    correction = np.empty(missing.shape[1], np.float32)
+    rows, columns = nx.shape
+    count = missing.shape[1]
+    bands = np.empty((count, 2 * columns), np.float32)
+    _widened(missing, columns, bands)
+    correction = np.empty(2 * columns, np.float32)
     bound = np.float32(steepest * steepest)
-    for i in range(len(nx)):
-        at = min(max((i + 0.5) * count / len(nx) - 0.5, 0.0), float(count - 1))
+    for i in range(rows):
+        at = min(max((i + 0.5) * count / rows - 0.5, 0.0), float(count - 1))
         upper = int(at)
         lower = min(upper + 1, count - 1)
-        _between(missing[upper], missing[lower], np.float32(at - upper), correction)
+        _between(bands[upper], bands[lower], np.float32(at - upper), correction)
         _corrected(nx[i], ny[i], correction, bound)
+
+
+@njit(**LOOP)
+def extrapolated(
+    colours: Float32,
+    base: Float32,
+    still: Float32,
+    response: Float32,
+    small: float,
+    found: Float32,
+    changed: Any,
+    changes: Float32,
+) -> int:
+    """Extrapolate a model from the reference, and list where the light has changed too much for it.
+
+    Parameters
+    ----------
+    colours, base : (N, 3) float32
+        Of frame and reference; ``base`` is nowhere 0.
+    still : (2, N) float32
+        The model's components of the normal at the reference.
+    response : (2, N, 3) float32
+        Their derivatives by the relative change of each channel.
+    small : float
+        Largest relative change that counts as small.
+    found : (2, N) float32
+        Overwritten by the extrapolated components.
+    changed : (N,) int64
+        Its beginning is overwritten by the places of larger changes.
+    changes : (N, 3) float32
+        Its beginning is overwritten by these changes.
+
+    Returns
+    -------
+    int
+        Number of these places.
+    """
+    count, one, most = 0, np.float32(1), np.float32(small)
+    for n in range(len(colours)):
+        a = colours[n, 0] / base[n, 0] - one
+        b = colours[n, 1] / base[n, 1] - one
+        c = colours[n, 2] / base[n, 2] - one
+        for k in range(2):
+            slopes = response[k, n]
+            found[k, n] = still[k, n] + (slopes[0] * a + slopes[1] * b + slopes[2] * c)
+        if max(abs(a), abs(b), abs(c)) > most:
+            changed[count] = n
+            changes[count, 0], changes[count, 1], changes[count, 2] = a, b, c
+            count += 1
+    return count
+
+
+@njit(**EXACT_ROW)
+def _add_counts(row: Any, sums: Any) -> None:
+    for j in range(row.size):
+        sums[j] += np.uint16(row[j])
+
+
+@njit(**EXACT_ROW)
+def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
+    for j in range(new.size):
+        sums[j] += np.uint16(np.uint16(new[j]) - np.uint16(old[j]))
+
+
+@njit(**LOOP)
+def _mirrored(index: int, count: int) -> int:
+    """Mirror an index outside a line about its last pixel, as OpenCV's filters do."""
+    while count > 1 and (index < 0 or index >= count):
+        index = -index if index < 0 else 2 * (count - 1) - index
+    return index if count > 1 else 0
+
+
+@njit(**LOOP)
+def _box_sums(sums: Any, channels: int, reach: int, around: Any, out: Any) -> None:
+    """Sum 2 reach + 1 pixels around each along a row; ``around`` is spare memory."""
+    count, width = sums.size // channels, 2 * reach + 1
+    around[reach * channels : (reach + count) * channels] = sums
+    for i in range(reach):
+        left, right = _mirrored(i - reach, count), _mirrored(count + i, count)
+        for k in range(channels):
+            around[i * channels + k] = sums[left * channels + k]
+            around[(reach + count + i) * channels + k] = sums[right * channels + k]
+    out[:] = 0
+    for i in range(width):
+        _add_counts(around[i * channels : i * channels + out.size], out)
+
+
+@njit(**EXACT_ROW)
+def _thrice(number: Any, bare: UInt8, numbers: Any, hidden: UInt8) -> None:
+    for j in range(number.size):
+        numbers[3 * j] = numbers[3 * j + 1] = numbers[3 * j + 2] = max(number[j], np.uint16(1))
+        # all bits of a hidden pixel, and none of a bare one
+        hidden[3 * j] = hidden[3 * j + 1] = hidden[3 * j + 2] = np.uint8(bare[j] - 1)
+
+
+@njit(**EXACT_ROW)
+def _fill_row(pixels: UInt8, total: Any, numbers: Any, hidden: UInt8, filled: UInt8) -> None:
+    for k in range(filled.size):
+        mean = np.rint(np.float32(total[k]) / np.float32(numbers[k]))
+        filled[k] = pixels[k] | (np.uint8(np.int32(mean)) & hidden[k])
+
+
+@njit(**LOOP)
+def filled_where_hidden(pixels: UInt8, bare: UInt8, reach: int, filled: UInt8) -> None:
+    """Fill hidden pixels by the mean of the bare ones in the square around them.
+
+    Parameters
+    ----------
+    pixels : (h, 3 w) uint8
+        Interleaved channels; 0 where hidden.
+    bare : (h, w) uint8
+        1 where no marker hides the surface, else 0.
+    reach : int
+        The square has 2 reach + 1 ≤ 15 pixels across and down, so that sums need 16 bits.
+    filled : (h, 3 w) uint8
+        Overwritten; 0 where no pixel around is bare.
+    """
+    rows, columns = bare.shape
+    sums, counts = np.zeros(3 * columns, np.uint16), np.zeros(columns, np.uint16)
+    total, number = np.empty(3 * columns, np.uint16), np.empty(columns, np.uint16)
+    numbers, hidden = np.empty(3 * columns, np.uint16), np.empty(3 * columns, np.uint8)
+    spare = np.empty(3 * (columns + 2 * reach), np.uint16)
+    for i in range(-reach, reach + 1):
+        _add_counts(pixels[_mirrored(i, rows)], sums)
+        _add_counts(bare[_mirrored(i, rows)], counts)
+    for i in range(rows):
+        if i:
+            new, old = _mirrored(i + reach, rows), _mirrored(i - 1 - reach, rows)
+            _slide_counts(pixels[new], pixels[old], sums)
+            _slide_counts(bare[new], bare[old], counts)
+        _box_sums(sums, 3, reach, spare, total)
+        _box_sums(counts, 1, reach, spare, number)
+        _thrice(number, bare[i], numbers, hidden)
+        _fill_row(pixels[i], total, numbers, hidden, filled[i])
 
 
 @njit(**ROW)

@@ -14,9 +14,10 @@ from collections.abc import Generator
 
 import numpy as np
 
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.profiles.loader import load_profile
 
 PROFILES = ("hex_fingertip", "hex_fingertip_unmarked", "desktop_six_led")
@@ -46,7 +47,7 @@ def main() -> None:
 def alternated(unit: VirtualUnit) -> tuple[list[list[float]], list[list[float]]]:
     """Processor time in ms of each frame of each turn, with and without the kernels."""
     fast, plain = [], []
-    with FreshProcess(streamed, unit, True) as one, FreshProcess(streamed, unit, False) as other:
+    with WorkerProcess(streamed, unit, True) as one, WorkerProcess(streamed, unit, False) as other:
         one.receive()
         other.receive()
         for process, times in [(one, fast), (other, plain)] * TURNS:

@@ -16,10 +16,11 @@ from functools import partial
 
 import numpy as np
 
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 
@@ -98,7 +99,7 @@ def processes() -> None:
     print(f"| processes on {os.cpu_count()} cores | frames a second of each |\n| --- | --- |")
     for count in COUNTS:
         with ExitStack() as stack:
-            every = [stack.enter_context(FreshProcess(counted, unit)) for _ in range(count)]
+            every = [stack.enter_context(WorkerProcess(counted, unit)) for _ in range(count)]
             for one in every:
                 one.receive()
             for one in every:

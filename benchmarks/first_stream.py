@@ -19,9 +19,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.profiles.loader import load_profile
 
 PERIOD_S = 1 / 20
@@ -45,7 +46,7 @@ def main() -> None:
         if given.waiting:
             os.environ["TACTILE_FAST"] = "1"
         for name in ("first stream", "second stream"):
-            with FreshProcess(streamed, unit, Path(cache)) as process:
+            with WorkerProcess(streamed, unit, Path(cache)) as process:
                 compiled, made, parts = process.receive()
             first, *others = (time for part in parts for time in part)
             columns = [made, first, np.median(others, axis=0), np.max(others, axis=0)]

@@ -17,8 +17,9 @@ from itertools import cycle, islice
 
 from tactile_core import Bundle, load_profile, open_sensor
 from tactile_core.evaluation.demo import calibrated_virtually
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.worker_process import WorkerProcess
 
 WARM_UP, RENDERED = 40, 40
 """Frames before timing starts, which compile kernels; and frames that are rendered before."""
@@ -46,7 +47,7 @@ def main() -> None:
     for words, finger in (("chain alone", chain), ("with rendering", rendering)):
         with ExitStack() as stack:
             fingers = [
-                stack.enter_context(FreshProcess(measured, finger, profile, bundle))
+                stack.enter_context(WorkerProcess(measured, finger, profile, bundle))
                 for _ in range(given.fingers)
             ]
             for one in fingers:

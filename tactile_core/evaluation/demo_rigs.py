@@ -7,8 +7,9 @@ from contextlib import ExitStack
 from itertools import zip_longest
 
 from tactile_core.evaluation.demo import STAGES, Demonstration, demonstration
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.profiles.model import Profile
 
 
@@ -58,7 +59,7 @@ def _stages(
     """Start a process, unless there is only one, and return what its stages yield."""
     if alone:
         return _demonstrations(profiles)
-    process = processes.enter_context(FreshProcess(_demonstrations, profiles))
+    process = processes.enter_context(WorkerProcess(_demonstrations, profiles))
     stages = STAGES * len(profiles)
     for _ in range(stages - 1):
         process.send(None)  # at once: the process does not wait for this one between stages

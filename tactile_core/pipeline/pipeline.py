@@ -33,7 +33,7 @@ from tactile_core.pipeline.notes import (
 )
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of, made_steps
-from tactile_core.pipeline.workers import shared_out
+from tactile_core.pipeline.shared_frames import shared_out
 from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.returned import measured_by, reference_gradients
@@ -248,8 +248,7 @@ class Pipeline:
     def map(self, frames: Iterable[Frame], *, workers: int = 1) -> Iterator[Reading]:
         """Measure frames in parallel processes and yield the readings in order.
 
-        The first frame is measured in this process. As with :mod:`multiprocessing`, a script that
-        uses more than one worker needs ``if __name__ == "__main__":``.
+        The first frame is measured in this process.
 
         Parameters
         ----------

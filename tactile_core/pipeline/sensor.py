@@ -20,7 +20,7 @@ from tactile_core.pipeline.measurement import Measurement
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back
 from tactile_core.pipeline.recorded_session import session_of
-from tactile_core.pipeline.workers import check_any_order
+from tactile_core.pipeline.shared_frames import check_any_order
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference

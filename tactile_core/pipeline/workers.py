@@ -1,104 +1,91 @@
-"""Measures frames in parallel processes and keeps their order."""
+"""A few worker processes that share independent tasks."""
 
 from __future__ import annotations
 
-import pickle
-import signal
-from collections import deque
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
-from multiprocessing import get_context
-from typing import Protocol
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from queue import SimpleQueue
+from types import TracebackType
+from typing import Any, Self, TypeVar
 
-from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
-from tactile_core.quantities import Frame
+from tactile_core.pipeline.worker_process import WorkerProcess
 
-_WAITING_EACH = 2
-"""Frames queued per worker: enough that none is idle, few enough to save memory."""
+T = TypeVar("T")
 
 
-class Processor(Protocol):
-    """The part of a pipeline that a worker uses."""
+class Workers:
+    """Worker processes, each with a thread of this process that hands it tasks.
 
-    compiled: bool
-
-    def warm(self) -> None:
-        """Load now what the first frame would have to wait for."""
-
-    def process(self, frame: Frame) -> Reading:
-        """Measure one frame."""
-
-
-def check_any_order(*, tare: bool, inputs: bool, turns: bool) -> None:
-    """Check that frames may be measured in any order.
+    They start at once, and load their code while this process goes on. One that ends unexpectedly
+    fails its task and is replaced for the next one.
 
     Parameters
     ----------
-    tare, inputs : bool
-        Whether there is a tare, or there are external inputs.
-    turns : bool
-        Whether a recording has a tare or a new reference.
-
-    Raises
-    ------
-    InputError
-        They may not.
+    count : int
+        Number of processes.
+    function : callable
+        Generator function of a module that each runs; see :class:`WorkerProcess`. Its first
+        ``yield`` shows that it is ready.
+    *arguments
+        Arguments of the function; they are pickled.
     """
-    if tare:
-        raise InputError("a tare needs the frames in order; use one worker")
-    if inputs:
-        raise InputError("external inputs need the frames in order; use one worker")
-    if turns:
-        raise InputError(
-            "the recording has a tare or a new reference, which need the frames in order; "
-            "use one worker"
-        )
 
+    def __init__(
+        self, count: int, function: Callable[..., Generator[Any, Any, None]], *arguments: Any
+    ) -> None:
+        self._new = partial(WorkerProcess, function, *arguments)
+        self._threads = ThreadPoolExecutor(count)
+        self._idle = SimpleQueue[WorkerProcess | None]()
+        self._begun: list[WorkerProcess] = []
+        self._ended = False
+        for _ in range(count):
+            self._idle.put(None)
+            self.submit(lambda worker: None)
 
-def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> Iterator[Reading]:
-    """Yield the readings of frames in order, measured by several processes.
+    def submit(self, task: Callable[[WorkerProcess], T]) -> Future[T]:
+        """Call a function with the next idle process, in a thread.
 
-    Each process has its own copy of the processor, so a frame cannot depend on earlier ones.
+        Returns
+        -------
+        Future
+            Raises :class:`ChildProcessError` if the process ended.
+        """
+        return self._threads.submit(self._done, task)
 
-    Raises
-    ------
-    ChildProcessError
-        A worker was killed.
-    """
-    # "spawn": a forked process would inherit locks that its missing threads can never release
-    pool = ProcessPoolExecutor(
-        workers, get_context("spawn"), initializer=_begin, initargs=(pickle.dumps(processor),)
-    )
-    left, waiting = iter(frames), deque[Future[Reading]]()
-    try:
-        while True:
-            room = _WAITING_EACH * workers - len(waiting)
-            waiting.extend(pool.submit(_measured, frame) for frame in islice(left, room))
-            if not waiting:
-                return
-            yield waiting.popleft().result()
-    except BrokenProcessPool as error:
-        raise ChildProcessError(
-            "a worker process was killed, perhaps because memory ran out; use fewer workers"
-        ) from error
-    finally:
-        pool.shutdown(cancel_futures=True)
+    def __enter__(self) -> Self:
+        return self
 
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End all processes, whatever they do."""
+        self._ended = True
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for worker in self._begun:
+            worker.end()
+        self._threads.shutdown()
 
-_mine: list[Processor] = []
-"""The processor of this worker process; a pool's initializer can set it only globally."""
+    def _done(self, task: Callable[[WorkerProcess], T]) -> T:
+        worker = self._idle.get()
+        try:
+            worker = worker or self._started()
+            result = task(worker)
+        except Exception:
+            if worker is not None:
+                worker.end()
+            self._idle.put(None)
+            raise
+        self._idle.put(worker)
+        return result
 
-
-def _begin(pickled: bytes) -> None:
-    # Ctrl-C is handled by the process that consumes the readings
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _mine[:] = [pickle.loads(pickled)]
-    if _mine[0].compiled:
-        _mine[0].warm()
-
-
-def _measured(frame: Frame) -> Reading:
-    return _mine[0].process(frame)
+    def _started(self) -> WorkerProcess:
+        worker = self._new()
+        self._begun.append(worker)
+        if self._ended:  # meanwhile
+            worker.end()
+        worker.receive()
+        return worker

@@ -14,7 +14,7 @@ from tactile_core.evaluation.comparison.results import Comparison as Comparison
 from tactile_core.evaluation.comparison.results import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
-from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.formats.saved_quantities import arrays_of
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.playback import images_per_observation

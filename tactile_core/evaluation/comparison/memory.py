@@ -7,7 +7,8 @@ from itertools import islice
 from typing import Any
 
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
+from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
+from tactile_core.pipeline.worker_process import WorkerProcess
 
 FRAMES = 20
 """Frames that the process measures. Chosen by hand; memory no longer grows after the first few."""
@@ -25,7 +26,7 @@ def peak_of_stream_mib(
     notes : tuple of str
         Notes of the sensor on opening.
     """
-    with FreshProcess(_stream, variant, recording) as process:
+    with WorkerProcess(_stream, variant, recording) as process:
         peak_mib, notes = process.receive()
     return peak_mib, notes
 

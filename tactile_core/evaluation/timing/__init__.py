@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.errors import TactileError
-from tactile_core.evaluation.fresh_process import one_thread
+from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.machine import available_cores, machine
 from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, streamed
 from tactile_core.evaluation.timing.results import Bench as Bench

@@ -9,9 +9,10 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
-from tactile_core.evaluation.fresh_process import FreshProcess, one_thread, peak_memory_mib
+from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit
+from tactile_core.pipeline.worker_process import WorkerProcess
 
 WARM_UP_FRAMES = 4
 """Frames before timing starts. Chosen by hand; the first one compiles and prepares tables."""
@@ -67,10 +68,10 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
         Total throughput of two processes relative to one; None unless ``two``.
     """
     unit = replace(unit, frames=())  # a stream holds no images but its own
-    with FreshProcess(_stream, unit) as first:
+    with WorkerProcess(_stream, unit) as first:
         if not two:
             return first.receive(), None
-        with FreshProcess(_stream, unit) as second:
+        with WorkerProcess(_stream, unit) as second:
             alone: Alone = first.receive()
             second.receive()
             ratios = []
@@ -80,7 +81,7 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
     return alone, median(ratios)
 
 
-def _rate(*processes: FreshProcess) -> float:
+def _rate(*processes: WorkerProcess) -> float:
     for process in processes:
         process.send(STREAMING.round_s)
     return float(sum(process.receive() for process in processes))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 
 from tactile_core.errors import InputError
@@ -13,13 +12,13 @@ from tactile_core.formats.folders import make_folder
 from tactile_core.formats.unfinished import remove_leftovers
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.batch.cluster import on_cluster
-from tactile_core.pipeline.batch.crew import Step, in_processes
 from tactile_core.pipeline.batch.plan import check_folders, planned
+from tactile_core.pipeline.batch.processes import Step, in_processes
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
-    measured,
     measured_earlier,
+    measuring,
 )
 from tactile_core.profiles.model import Profile
 
@@ -100,8 +99,7 @@ class Batch:
         Parameters
         ----------
         workers : int
-            Number of processes; 1 measures in this process. As with :mod:`multiprocessing`, a
-            script that uses more needs ``if __name__ == "__main__":``.
+            Number of processes; 1 measures in this process.
         cluster : str, optional
             Address of a dask scheduler, whose workers measure instead. They need the same
             packages, and the same paths for recordings, bundle and results.
@@ -133,7 +131,7 @@ class Batch:
             make_folder(self._out)
         try:
             yield from _ready(left, done)
-            with closing(_steps(jobs, workers, cluster, show)) as steps:
+            with closing(_steps(jobs, workers, cluster)) as steps:
                 for job, step in steps:
                     if isinstance(step, MeasuredRecording):
                         done[job.name], step = step, 1.0
@@ -145,10 +143,7 @@ class Batch:
 
 
 def _steps(
-    jobs: Sequence[RecordingJob],
-    workers: int,
-    cluster: str | None,
-    show: Callable[[RecordingJob, float], None],
+    jobs: Sequence[RecordingJob], workers: int, cluster: str | None
 ) -> Generator[Step, None, None]:
     if not jobs:
         return
@@ -157,7 +152,7 @@ def _steps(
     elif workers > 1:
         yield from in_processes(jobs, workers)
     else:
-        yield from ((job, measured(job, partial(show, job))) for job in jobs)
+        yield from ((job, step) for job in jobs for step in measuring(job))
 
 
 def _ready(

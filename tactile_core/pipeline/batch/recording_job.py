@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -19,9 +19,6 @@ from tactile_core.plugins.blame import blame_of
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.output_folder import OutputFolder
 from tactile_core.recordings.result_folder import READINGS, complete_results, report_of
-
-Report = Callable[[float], None]
-"""Receives the measured share of a recording, 0..1."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +102,7 @@ class MeasuredRecording:
             yield from map(json.loads, file)
 
 
-def measured(job: RecordingJob, report: Report = lambda share: None) -> MeasuredRecording:
+def measuring(job: RecordingJob) -> Generator[float | MeasuredRecording, None, None]:
     """Measure a recording; a failure of it is part of the result.
 
     The results appear in the job's folder when the last reading is written.
@@ -113,16 +110,19 @@ def measured(job: RecordingJob, report: Report = lambda share: None) -> Measured
     Parameters
     ----------
     job : RecordingJob
-    report : callable, optional
-        Called after each reading.
+
+    Yields
+    ------
+    float or MeasuredRecording
+        The measured share after each reading, 0..1, and last what came of the recording.
     """
     start = perf_counter()
     try:
         if job.folder is None:
-            found = _measured(job, None, report)
+            found = yield from _measuring(job, None)
         else:
             with complete_results(job.folder, job.fingerprint) as (folder, described):
-                found = _measured(job, folder, report)
+                found = yield from _measuring(job, folder)
                 described.update(
                     recording=str(job.recording),
                     observations=found.observations,
@@ -132,9 +132,17 @@ def measured(job: RecordingJob, report: Report = lambda share: None) -> Measured
                     duration_s=perf_counter() - start,
                 )
             found = replace(found, folder=job.folder, _lines=())
+        found = replace(found, duration_s=perf_counter() - start)
     except Exception as error:
-        return failed(job, error)
-    return replace(found, duration_s=perf_counter() - start)
+        found = failed(job, error)
+    yield found
+
+
+def measured(job: RecordingJob) -> MeasuredRecording:
+    """Measure a recording as :func:`measuring` does, without reports."""
+    *_, found = measuring(job)
+    assert isinstance(found, MeasuredRecording)
+    return found
 
 
 def measured_earlier(job: RecordingJob) -> MeasuredRecording | None:
@@ -172,7 +180,9 @@ def _sentence(error: Exception | str) -> str:
     )
 
 
-def _measured(job: RecordingJob, folder: OutputFolder | None, report: Report) -> MeasuredRecording:
+def _measuring(
+    job: RecordingJob, folder: OutputFolder | None
+) -> Generator[float, None, MeasuredRecording]:
     lines, deepest, warned, tared = [], [], 0, job.tare_frame is None
     with _opened(job) as sensor:
         sinks = Sinks(sensor.profile, job.save)
@@ -184,7 +194,7 @@ def _measured(job: RecordingJob, folder: OutputFolder | None, report: Report) ->
                 deepest.append(line["max_height_mm"])
                 warned += bool(reading.warnings)
                 tared |= reading.frame.sequence == job.tare_frame
-                report(_share(len(lines), job, sensor, reading))
+                yield _share(len(lines), job, sensor, reading)
         notes = sensor.notes
     if not tared:
         raise InputError(f"it has no frame {job.tare_frame} whose load could be subtracted")

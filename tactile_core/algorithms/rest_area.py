@@ -7,6 +7,7 @@ surface is undeformed, the height is known to be 0, which reveals this error.
 from __future__ import annotations
 
 from functools import lru_cache
+from types import ModuleType
 from typing import NamedTuple
 
 import cv2
@@ -127,13 +128,40 @@ def height_error(
     """
     rows, columns = height_mm.shape
     size, halves = _sizes(rows, columns)
-    coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
-    undeformed = rest_area(coarse, across - tilt[0], down - tilt[1], compiled=compiled)
     cell = columns / halves[0] * mm_per_px / thickness_mm
-    trust = shrunk(_distant(undeformed, REST_AREA.margin_thicknesses / cell), size)
+    margin = REST_AREA.margin_thicknesses / cell
     stiffness = (columns / size[0] * mm_per_px / thickness_mm / REST_AREA.decay_thicknesses) ** 2
-    error = smooth_error(shrunk(coarse, size), trust, stiffness, compiled=compiled)
-    return _enlarged(error, (rows, columns))
+    loops = kernels.chosen(compiled)
+    if loops is not None and not (columns % halves[0] or rows % halves[1]):
+        images = height_mm, gx, gy
+        error = _looped(loops, images, tilt, (size, halves), (margin, stiffness))
+        return _enlarged(error, (rows, columns))
+    coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
+    undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
+    trust = shrunk(_distant(undeformed, margin), size)
+    return _enlarged(smooth_error(shrunk(coarse, size), trust, stiffness), (rows, columns))
+
+
+def _looped(
+    loops: ModuleType,
+    images: tuple[Array, Array, Array],
+    tilt: tuple[float, float],
+    sizes: tuple[tuple[int, int], tuple[int, int]],
+    of_gel: tuple[float, float],
+) -> Float32:
+    """Solve for the smooth error, by kernels."""
+    size, halves = sizes
+    cells, calm = np.empty((3, *halves[::-1]), np.float32), np.empty(halves[::-1], np.uint8)
+    highest_mm = loops.rest_cells(images, tilt, REST_AREA.calm_slope, cells, calm)
+    count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
+    raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
+    raised_mm = max(raised[0] * highest_mm, raised[1])
+    undeformed = loops.rest_area(part, count, *cells, raised_mm, REST_AREA.main_share)
+    distance = _distance(undeformed.view(np.bool_))
+    options = *of_gel, raised, REST_AREA.held, REST_AREA.rounds
+    solver = *prepared(size[::-1]), tuple(SCREENED)
+    found = loops.smooth_error(cells[0], distance, *options, *solver)
+    return np.asarray(found, np.float32)
 
 
 @lru_cache(maxsize=16)
@@ -146,9 +174,7 @@ def _sizes(rows: int, columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
     return (width, height), (times * width, times * height)
 
 
-def smooth_error(
-    height_mm: Array, trust: Array, stiffness: float, *, compiled: bool = False
-) -> Float32:
+def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
     """Solve for the smooth error of a coarse height map.
 
     Parameters
@@ -159,22 +185,12 @@ def smooth_error(
         Weight of each cell as undeformed surface, 0 to 1.
     stiffness : float
         Square of a cell's side over the length in which an error vanishes.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (h, w) float32
     """
     coarse, trust = (np.asarray(array, np.float64) for array in (height_mm, trust))
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        from_mm = REST_AREA.raised_share, REST_AREA.least_raised_mm
-        options = stiffness, from_mm, REST_AREA.held, REST_AREA.rounds
-        found = loops.smooth_error(
-            coarse, trust, *options, *prepared(coarse.shape), tuple(SCREENED)
-        )
-        return np.asarray(found, np.float32)
     left, error = coarse, None
     for _ in range(REST_AREA.rounds):
         raised = np.maximum(left, 0) / _raised_mm(left)
@@ -185,7 +201,7 @@ def smooth_error(
     return np.asarray(error, np.float32)
 
 
-def rest_area(height_mm: Array, gx: Array, gy: Array, *, compiled: bool = False) -> Bool:
+def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     """Find the undeformed cells of a coarse height map.
 
     An undeformed part is calm, and the surface rises at its rim, where objects touch it. Flat tops
@@ -195,8 +211,6 @@ def rest_area(height_mm: Array, gx: Array, gy: Array, *, compiled: bool = False)
     ----------
     height_mm, gx, gy : (H, W)
         Means over cells; 0 at the rest surface.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -204,11 +218,6 @@ def rest_area(height_mm: Array, gx: Array, gy: Array, *, compiled: bool = False)
     """
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
     count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        images = np.asarray(part), count, height_mm, gx, gy
-        found = loops.rest_area(*images, _raised_mm(height_mm), REST_AREA.main_share)
-        return np.asarray(found, np.uint8).view(np.bool_)
     inflow = np.zeros(part.shape)
     for slopes, labels, into in ((gx, part, inflow), (gy.T, part.T, inflow.T)):
         between = 0.5 * (slopes[:, :-1] + slopes[:, 1:]) * (labels[:, :-1] != labels[:, 1:])
@@ -231,10 +240,14 @@ def _raised_mm(height_mm: Array) -> float:
 
 def _distant(undeformed: Bool, margin: float) -> Array:
     """Weight of each undeformed cell, by its distance from other cells; ``margin`` in cells."""
+    return np.asarray(1 - np.exp(-np.square(_distance(undeformed) / margin, dtype=np.float64)))
+
+
+def _distance(undeformed: Bool) -> Float32:
+    """Distance of each cell from the nearest that is not undeformed, in cells."""
     if undeformed.all():
-        return np.ones(undeformed.shape)
-    distance = cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray(1 - np.exp(-np.square(distance / margin, dtype=np.float64)))
+        return np.full(undeformed.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _enlarged(cells: Float32, shape: tuple[int, int]) -> Float32:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 
+@lru_cache(maxsize=16)
 def from_middle(count: int) -> NDArray[np.float64]:
     """Coordinate of each of ``count`` pixels in a line, relative to its middle, (count,)."""
-    return np.asarray(np.arange(count) - (count - 1) / 2)
+    places = np.asarray(np.arange(count) - (count - 1) / 2)
+    places.setflags(write=False)
+    return places
 
 
 def nodes(shape: tuple[int, ...]) -> NDArray[np.float32]:

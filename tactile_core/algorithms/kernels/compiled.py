@@ -10,7 +10,7 @@ from tactile_core.algorithms.kernels.displacement import (
     traction_of,
 )
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
-from tactile_core.algorithms.kernels.levelling import rest_area, smooth_error
+from tactile_core.algorithms.kernels.levelling import rest_area, rest_cells, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_bytes,
@@ -70,6 +70,7 @@ __all__ = [
     "pattern_of",
     "readable_quotients",
     "rest_area",
+    "rest_cells",
     "rest_plane",
     "share_of_cells",
     "small_step",

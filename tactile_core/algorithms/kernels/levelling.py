@@ -69,9 +69,22 @@ def _solved(
 
 
 @njit(**LOOP)
+def _halved(cells: Any, out: Any) -> None:
+    times = len(cells) // len(out)
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            total = 0.0
+            for k in range(times):
+                for m in range(times):
+                    total += cells[times * i + k, times * j + m]
+            out[i, j] = total / times**2
+
+
+@njit(**LOOP)
 def smooth_error(
     height_mm: Any,
-    trust: Any,
+    distance: Any,
+    margin: float,
     stiffness: float,
     raised: tuple[float, float],
     held: float,
@@ -84,10 +97,14 @@ def smooth_error(
 
     Parameters
     ----------
-    height_mm, trust : (h, w) float64
-        Means over cells, and their weight as undeformed surface.
+    height_mm : (t h, t w) float32
+        Means over cells.
+    distance : (t h, t w) float32
+        From each of them to the nearest that is not undeformed, in cells.
+    margin : float
+        Distance at which a cell has 63 % of its weight, in cells.
     stiffness : float
-        Square of a cell's side over the length in which an error vanishes.
+        Square of a wide cell's side over the length in which an error vanishes.
     raised : (share, least)
         A cell is raised from this share of the greatest height on, but at least from the second
         number in mm on.
@@ -104,16 +121,84 @@ def smooth_error(
     -------
     (h, w) float64
     """
-    error, z = np.zeros((2, *height_mm.shape))
-    weight = np.empty(height_mm.shape)
+    near = np.empty(distance.shape)
+    for i in range(near.shape[0]):
+        for j in range(near.shape[1]):
+            near[i, j] = 1 - np.exp(-((distance[i, j] / margin) ** 2))
+    coarse, trust, weight = np.empty((3, *modes.shape))
+    _halved(height_mm, coarse)
+    _halved(near, trust)
+    error, z = np.zeros((2, *modes.shape))
     for _ in range(rounds):
-        scale = max(raised[0] * (height_mm - error).max(), raised[1])
+        scale = max(raised[0] * (coarse - error).max(), raised[1])
         for i in range(weight.shape[0]):
             for j in range(weight.shape[1]):
-                above = max(height_mm[i, j] - error[i, j], 0.0) / scale
+                above = max(coarse[i, j] - error[i, j], 0.0) / scale
                 weight[i, j] = stiffness * trust[i, j] / (1 + (above * above) ** 2)
-        error = _solved(weight * height_mm, weight + stiffness * held, z, transforms, modes, limits)
+        error = _solved(weight * coarse, weight + stiffness * held, z, transforms, modes, limits)
     return error
+
+
+@njit(**ROW)
+def _add_row(row: Any, total: Any) -> None:
+    for j in range(total.size):
+        total[j] += row[j]
+
+
+@njit(**LOOP)
+def _cells_of(image: Any, offset: float, out: Any) -> None:
+    """Average an image over cells that tile it, and subtract an offset."""
+    rows, columns = len(image) // len(out), image.shape[1] // out.shape[1]
+    total = np.empty(image.shape[1], np.float32)
+    for i in range(len(out)):
+        total[:] = 0
+        for k in range(rows * i, rows * (i + 1)):
+            _add_row(image[k], total)
+        for j in range(out.shape[1]):
+            sum_of_cell = np.float32(0)
+            for k in range(columns * j, columns * (j + 1)):
+                sum_of_cell += total[k]
+            out[i, j] = sum_of_cell / np.float32(rows * columns) - np.float32(offset)
+
+
+@njit(**LOOP)
+def rest_cells(
+    images: tuple[Any, Any, Any],
+    tilt: tuple[float, float],
+    calm_slope: float,
+    cells: Any,
+    calm: Any,
+) -> float:
+    """Average heights and slopes over cells, and find those that are calm.
+
+    Parameters
+    ----------
+    images : (height_mm, gx, gy)
+        (H, W) float32 each.
+    tilt : (float, float)
+        Subtracted from the slopes.
+    calm_slope : float
+        A calm cell is less steep.
+    cells : (3, h, w) float32
+        Overwritten by the means over cells that tile the images.
+    calm : (h, w) uint8
+        Overwritten by 1 where calm, else 0.
+
+    Returns
+    -------
+    float
+        The greatest height.
+    """
+    _cells_of(images[0], 0.0, cells[0])
+    _cells_of(images[1], tilt[0], cells[1])
+    _cells_of(images[2], tilt[1], cells[2])
+    most, highest = np.float32(calm_slope**2), cells[0, 0, 0]
+    for i in range(calm.shape[0]):
+        for j in range(calm.shape[1]):
+            across, down = cells[1, i, j], cells[2, i, j]
+            calm[i, j] = across * across + down * down < most
+            highest = max(highest, cells[0, i, j])
+    return float(highest)
 
 
 @njit(**LOOP)

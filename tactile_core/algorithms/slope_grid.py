@@ -161,7 +161,9 @@ class SlopeGrid:
             count = loops.extrapolated(colours, self._base, *still, *into)
             return found, changed[:count], change[:count]
         change = self._change(colours)
-        changed = np.flatnonzero(np.abs(change).max(axis=1) > SLOPE_GRID.small_change)
+        # the greatest of long rows takes a fifth of the time of that of short ones
+        largest = np.abs(np.ascontiguousarray(change.T)).max(axis=0)
+        changed = np.flatnonzero(largest > SLOPE_GRID.small_change)
         return still.extrapolated(change), changed, change[changed]
 
     def _looked_up(
@@ -262,7 +264,9 @@ class _Still(NamedTuple):
 
     def extrapolated(self, change: Float32) -> Float32:
         """Return (2, N) components of the normal for small relative changes (N, K)."""
-        return np.asarray(self.normal_xy + (self.response * change).sum(axis=2), np.float32)
+        return np.asarray(
+            self.normal_xy + np.einsum("knc,nc->kn", self.response, change), np.float32
+        )
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

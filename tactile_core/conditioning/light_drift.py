@@ -59,6 +59,6 @@ class DriftCompensator:
             return frame
         gains = change.gains
         if not self._divides or np.abs(gains - 1).max() < COMPENSATION.least_drift:
-            return replace(frame, light_ratio=change.ratio)
+            return frame.beside(light_ratio=change.ratio)
         pixels = divided(frame.pixels, gains, frame.full_scale)
         return replace(frame, pixels=pixels, light_ratio=change.ratio)

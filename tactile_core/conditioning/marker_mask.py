@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from tactile_core.algorithms.markers import (
     find_markers,
     marker_mask,
     mask_of,
+    reduction,
     too_few,
 )
 from tactile_core.errors import InputError
@@ -63,9 +64,9 @@ class MarkerFinder:
 
     def marked(self, frame: Frame) -> Frame:
         """Return the frame with its marker mask and marker contrast."""
-        marker_contrast = self._contrast(frame.pixels)
+        marker_contrast = self._contrast(frame)
         marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2], compiled=self.compiled)
-        return replace(frame, marker_mask=marker_mask, marker_contrast=marker_contrast)
+        return frame.beside(marker_mask=marker_mask, marker_contrast=marker_contrast)
 
     def detect(self, frame: Frame | Reference) -> MarkerDetections:
         """Detect the centres of the markers; faster for frames from :meth:`marked`."""
@@ -73,7 +74,7 @@ class MarkerFinder:
         if isinstance(frame, Frame):
             marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s
         if marker_contrast is None:
-            marker_contrast = self._contrast(frame.pixels)
+            marker_contrast = self._contrast(frame)
         centres_px, cut = find_markers(
             marker_contrast,
             frame.pixels.shape[:2],
@@ -83,8 +84,17 @@ class MarkerFinder:
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
 
-    def _contrast(self, pixels: Pixels) -> UInt8:
-        return contrast_of(pixels, diameter_px=self.diameter_px, compiled=self.compiled)
+    def _contrast(self, frame: Frame | Reference) -> UInt8:
+        return contrast_of(
+            frame.pixels,
+            diameter_px=self.diameter_px,
+            halves=frame.halves if isinstance(frame, Frame) and self._halves else None,
+            compiled=self.compiled,
+        )
+
+    @property
+    def _halves(self) -> bool:
+        return reduction(self.diameter_px) % 2 == 0
 
     def miscounted(self, reference: Reference) -> str:
         """Return how the number of markers contradicts their pitch; empty if it does not."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, floor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.quantities.quantity import Quantity
@@ -59,6 +60,10 @@ class Image(Quantity):
     encoded: bytes | None = None
 
 
+_OF_PIXELS = {"halves", "saturated", "saturated_share", "too_dark_share"}
+"""Properties of a frame that its pixels alone determine."""
+
+
 @dataclass(frozen=True, eq=False)
 class Frame(Quantity):
     """One photometric observation in image coordinates: K light channels.
@@ -102,10 +107,28 @@ class Frame(Quantity):
     marker_contrast: NDArray[np.uint8] | None = None
     light_ratio: Float32 | None = None
 
+    def beside(self, **values: Any) -> Self:
+        """Return a copy with other values than the pixels; what follows from these is kept."""
+        copy = replace(self, **values)
+        for name in _OF_PIXELS & vars(self).keys():
+            vars(copy)[name] = vars(self)[name]
+        return copy
+
     @property
     def name(self) -> str:
         """Name of the observation; for live frames the sequence number with six digits."""
         return self.source or f"{self.sequence:06d}"
+
+    @cached_property
+    def halves(self) -> NDArray[np.uint8] | None:
+        """(H / 2, W / 2, 3) uint8: means over 2 × 2 pixels; None for other than bytes of 3 colours.
+
+        Reading a whole image takes longer than most steps, and many need no more than this.
+        """
+        rows, columns, channels = self.pixels.shape
+        if self.pixels.dtype != np.uint8 or channels != 3 or rows % 2 or columns % 2:
+            return None
+        return np.asarray(shrunk(self.pixels, (columns // 2, rows // 2)), np.uint8)
 
     @cached_property
     def saturated(self) -> Bool:

@@ -1,6 +1,6 @@
 """Printed markers in one frame: contrast, mask, centroids, and the geometry of the lattice."""
 
-from tactile_core.algorithms.markers.contrast import contrast_of
+from tactile_core.algorithms.markers.contrast import contrast_of, reduction
 from tactile_core.algorithms.markers.count import detectable_diameter, expected_count, too_few
 from tactile_core.algorithms.markers.detection import find_markers
 from tactile_core.algorithms.markers.lattice import find_marker_diameter
@@ -14,5 +14,6 @@ __all__ = [
     "find_markers",
     "marker_mask",
     "mask_of",
+    "reduction",
     "too_few",
 ]

@@ -46,7 +46,9 @@ CONTRAST = ContrastParameters()
 """The values in use."""
 
 
-def contrast_of(pixels: Array, *, diameter_px: float, compiled: bool = False) -> UInt8:
+def contrast_of(
+    pixels: Array, *, diameter_px: float, halves: UInt8 | None = None, compiled: bool = False
+) -> UInt8:
     """Return how much darker each pixel is than its background.
 
     The background is a morphological closing of the same frame, wide enough to remove a marker.
@@ -61,6 +63,8 @@ def contrast_of(pixels: Array, *, diameter_px: float, compiled: bool = False) ->
         The image.
     diameter_px : float
         Diameter of a marker.
+    halves : (H / 2, W / 2, 3) uint8, optional
+        The means over 2 × 2 pixels, if they are known.
     compiled : bool
         Whether to use :mod:`tactile_core.algorithms.kernels`.
 
@@ -83,8 +87,11 @@ def contrast_of(pixels: Array, *, diameter_px: float, compiled: bool = False) ->
     check_image(pixels)
     if not diameter_px > 0:
         raise InputError(f"markers of {diameter_px} px cannot be found; give a positive diameter")
-    times = max(1, min(4, int(diameter_px / CONTRAST.coarse_diameter_px)))
-    brightness = brightness_of(pixels, times, compiled=compiled)
+    times = reduction(diameter_px)
+    if halves is not None and times % 2 == 0:
+        brightness = brightness_of(halves, times // 2, compiled=compiled)
+    else:
+        brightness = brightness_of(pixels, times, compiled=compiled)
     background = background_of(brightness, diameter_px / times)
     loops = kernels.chosen(compiled) if brightness.dtype == np.uint8 else None
     if loops is not None:
@@ -96,6 +103,11 @@ def contrast_of(pixels: Array, *, diameter_px: float, compiled: bool = False) ->
         return np.asarray(cv2.divide(lost, background, scale=FULL), np.uint8)
     relative = cv2.divide(lost, background, scale=FULL, dtype=cv2.CV_32F)
     return np.asarray(cv2.convertScaleAbs(relative))
+
+
+def reduction(diameter_px: float) -> int:
+    """Factor by which an image is reduced before the contrast of such markers is measured."""
+    return max(1, min(4, int(diameter_px / CONTRAST.coarse_diameter_px)))
 
 
 def check_image(pixels: Array) -> None:

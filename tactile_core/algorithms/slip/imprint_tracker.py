@@ -19,7 +19,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.arrays.types import Array, UInt8
 from tactile_core.algorithms.slip.imprint import Imprint, Motion, Step, step_between
 from tactile_core.algorithms.slip.still_noise import StillNoise
 from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
@@ -159,7 +159,9 @@ class ImprintTracker:
         self._way, self._recent = _Way(), _Way()
         return self._result()
 
-    def update(self, pixels: Array, px: Array, timestamp_s: float) -> ImprintChange:
+    def update(
+        self, pixels: Array, px: Array, timestamp_s: float, halves: UInt8 | None = None
+    ) -> ImprintChange:
         """Take the next frame.
 
         Parameters
@@ -170,12 +172,14 @@ class ImprintTracker:
             Present positions of all markers, including inferred ones.
         timestamp_s : float
             Time of the frame.
+        halves : (H / 2, W / 2, 3) uint8, optional
+            The means over 2 × 2 pixels of a frame of bytes, if they are known.
 
         Returns
         -------
         ImprintChange
         """
-        now = Imprint(*self._view.imprint(pixels, px), compiled=self._compiled)
+        now = Imprint(*self._view.imprint(pixels, px, halves), compiled=self._compiled)
         last, before_px, elapsed_s = self._last, self._px, timestamp_s - self._time_s
         self._last, self._px, self._time_s = now, px, timestamp_s
         if last is None or before_px is None:

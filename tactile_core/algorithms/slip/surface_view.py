@@ -12,7 +12,7 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 
@@ -114,7 +114,9 @@ class SurfaceView:
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > VIEW.hidden_share
         self._side = 2 * round(0.5 * VIEW.window_pitches * pitch_px) + 1
 
-    def imprint(self, pixels: Array, px: Array) -> tuple[Float32, Float32]:
+    def imprint(
+        self, pixels: Array, px: Array, halves: UInt8 | None = None
+    ) -> tuple[Float32, Float32]:
         """Warp a frame back, and remove structure that is coarser than the marker pitch.
 
         Parameters
@@ -123,6 +125,8 @@ class SurfaceView:
             The frame.
         px : (N, 2)
             Positions of the markers in it.
+        halves : (H / 2, W / 2, 3) uint8, optional
+            The means over 2 × 2 pixels of a frame of bytes, if they are known.
 
         Returns
         -------
@@ -132,6 +136,9 @@ class SurfaceView:
             1 where the surface is visible, 0 where a marker hides it or it is out of view.
         """
         height, width = self._hidden.shape
+        times = self.times
+        if halves is not None and times % 2 == 0:
+            pixels, times = halves, times // 2
         apart = (_at(px, self.times) - self._markers_px).T
         moved = (apart @ self._weights).reshape(2, *self._grid)
         x, y = (cv2.resize(along, (width, height)) for along in moved)
@@ -140,8 +147,8 @@ class SurfaceView:
         colours = pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
         # the compiled loop mirrors the view only once at its border
         if loops is not None and colours and self._side // 2 < min(height, width):
-            return self._looped(loops, pixels, x, y)
-        frame = _reduced(pixels, self.times).astype(np.float32)
+            return self._looped(loops, pixels, times, x, y)
+        frame = _reduced(pixels, times).astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
@@ -149,15 +156,15 @@ class SurfaceView:
         return pattern, seen.astype(np.float32)
 
     def _looped(
-        self, loops: ModuleType, pixels: Array, x: Array, y: Array
+        self, loops: ModuleType, pixels: Array, times: int, x: Array, y: Array
     ) -> tuple[Float32, Float32]:
         """Do the same for three channels by compiled loops."""
         height, width = x.shape
         with borrowed((height, width, 4), np.float32) as frame:
-            halvings = _HALVINGS.get(self.times)
-            exact = pixels.shape[:2] == (height * self.times, width * self.times)
+            halvings = _HALVINGS.get(times)
+            exact = pixels.shape[:2] == (height * times, width * times)
             if halvings is None or not exact:
-                pixels, halvings = _reduced(pixels, self.times), 0
+                pixels, halvings = _reduced(pixels, times), 0
             loops.halved(np.ascontiguousarray(pixels), halvings, frame)
             warped = cv2.remap(frame, x, y, cv2.INTER_LINEAR)
         pattern, seen = np.empty((height, 3, width), np.float32), np.empty_like(x)

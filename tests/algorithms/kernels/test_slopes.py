@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.kernel_agreement import AGREES, both_ways, needs_kernels
+from hypothesis import given
+from hypothesis import strategies as st
+from support.kernel_agreement import AGREES, both_ways, needs_kernels, seeds, several, shapes
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.photometric import AroundMarkers
 from tactile_core.algorithms.slope_field import SlopeField
 
 pytestmark = needs_kernels
@@ -61,3 +64,44 @@ def test_slopes_agree(shape: tuple[int, int], gain: float, pitch: int) -> None:
         )
     )
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+@pytest.mark.parametrize("shape", [(480, 640), (484, 644)])
+def test_slopes_for_heights_agree(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(1)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    reference = rng.uniform(90, 140, (*shape, 3)).astype(np.float32)
+    waves = np.stack([np.sin(x / 30 + k) * np.cos(y / 40 - k) for k in range(3)], axis=2)
+    pixels = np.rint(reference * (1 + 0.3 * waves)).astype(np.uint8)
+    axis = Axis(per_unit=80, first=45, count=80)
+    values = axis.values()
+    normal_xy = 0.5 * (values[:, None, None] + 1j * values[None, :, None] + 0 * values)
+    table = ColourTable(axis, np.asarray(normal_xy, np.complex64))
+    hidden = np.hypot(x % 33 - 8, y % 33 - 8) < 6
+
+    def model(features: np.ndarray) -> np.ndarray:
+        return np.asarray(0.5 * features[:, :2], np.float32)
+
+    fast, plain = both_ways(
+        lambda compiled: np.stack(
+            SlopeField(model, table, reference, hidden, compiled=compiled).for_heights(
+                pixels, hidden
+            )[:2]
+        )
+    )
+    assert fast.shape == (2, shape[0] // 4, shape[1] // 4)
+    assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+@given(seed=seeds, shape=shapes, side=st.integers(3, 19))
+@several
+def test_markers_are_filled_by_the_same_bytes(seed: int, shape: tuple[int, int], side: int) -> None:
+    rng = np.random.default_rng(seed)
+    hidden = rng.random(shape) < 0.4
+    pixels = rng.integers(0, 256, (*shape, 3), np.uint8)
+    pixels[hidden] = 0
+    bare = np.where(hidden, 0, 255).astype(np.uint8)
+    fast, plain = both_ways(
+        lambda compiled: AroundMarkers(bare, side, compiled=compiled).filled(pixels, zero=True)
+    )
+    np.testing.assert_array_equal(fast, plain)

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, UInt8
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 
 
 @njit(**EXACT_ROW)
@@ -135,7 +135,7 @@ def _corrected(nx: Float32, ny: Float32, correction: Float32, bound: Any) -> Non
         ny[j] = y * scale
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _widened(missing: Float32, columns: int, out: Float32) -> None:
     """Interpolate (2, h, w) linearly to ``columns``, into (h, 2 columns) with both side by side."""
     count = missing.shape[2]
@@ -238,7 +238,7 @@ def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
         sums[j] += np.uint16(np.uint16(new[j]) - np.uint16(old[j]))
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _mirrored(index: int, count: int) -> int:
     """Mirror an index outside a line about its last pixel, as OpenCV's filters do."""
     while count > 1 and (index < 0 or index >= count):
@@ -246,7 +246,7 @@ def _mirrored(index: int, count: int) -> int:
     return index if count > 1 else 0
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _box_sums(sums: Any, channels: int, reach: int, around: Any, out: Any) -> None:
     """Sum 2 reach + 1 pixels around each along a row; ``around`` is spare memory."""
     count, width = sums.size // channels, 2 * reach + 1
@@ -316,7 +316,7 @@ def _add(row: Any, total: Any) -> None:
         total[j] += row[j]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _block_means(total: Any, channels: int, rows: int, means: Any) -> None:
     count = total.size // means.size
     for j in range(means.size // channels):

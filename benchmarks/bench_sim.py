@@ -54,7 +54,8 @@ def parts_ms(name: str, frames: int) -> list[float]:
     one_thread()
     profile = load_profile(name, sim=True)
     compiled = load() is not None
-    surface, optics = GelSurface(profile, "fast"), RigOptics(profile, compiled=compiled)
+    surface = GelSurface(profile, "fast", compiled=compiled)
+    optics = RigOptics(profile, compiled=compiled)
     surface.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
     surface.press(depth_mm=0.4)
     spent = []

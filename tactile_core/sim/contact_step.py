@@ -14,6 +14,7 @@ from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response
 from tactile_core.algorithms.elasticity.viscoelasticity import TimeStep
+from tactile_core.sim import kernels
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
@@ -113,6 +114,8 @@ class ContactModel:
     layer : ElasticLayer
     gel : SoftGel
     precision : Precision
+    compiled : bool
+        Whether to use :mod:`tactile_core.sim.kernels`: faster, and equal up to rounding.
 
     References
     ----------
@@ -123,8 +126,11 @@ class ContactModel:
        Learning 3, 2011.
     """
 
-    def __init__(self, layer: ElasticLayer, gel: SoftGel, precision: Precision) -> None:
+    def __init__(
+        self, layer: ElasticLayer, gel: SoftGel, precision: Precision, *, compiled: bool = False
+    ) -> None:
         self.layer, self.gel, self.precision = layer, gel, precision
+        self._compiled = compiled
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
         self._finer: tuple[int, ElasticLayer] | None = None
@@ -303,6 +309,7 @@ class ContactModel:
                 stiffening=time.stiffening,
                 free_slip_mm=free_slip_mm,
                 tolerance=self.precision.friction,
+                compiled=kernels.chosen(self._compiled),
             )
             if kinetic == gel.friction:
                 return grip

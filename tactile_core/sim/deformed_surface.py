@@ -78,6 +78,8 @@ class DeformedSurface:
         (N, 2) float64
         """
         points = np.array(points_mm, np.float64).reshape(-1, 2)
+        if not len(points):
+            return points
         return points + self._sampler.at_points(self._state.displacement_mm, points)
 
     def carried_px(self, points_px: ArrayLike) -> NDArray[np.float64]:
@@ -115,7 +117,7 @@ class DeformedSurface:
             :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
         """
         if compiled is None:
-            truth = self._true(())
+            truth = self._true(np.zeros((0, 2)))
             return truth.height_mm, truth.displacement_mm
         height, displacement = self._sampler.seen(self._state.displacement_mm, compiled)
         imprint = self._imprint

@@ -7,6 +7,7 @@ pressure. Below this limit the gel surface sticks to the object; at the limit it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -70,6 +71,7 @@ def solve_friction(
     free_slip_mm: float = 0.0,
     tolerance: float = 1e-3,
     max_iterations: int = 300,
+    compiled: ModuleType | None = None,
 ) -> Grip:
     """Solve for the shear traction q under Coulomb's law.
 
@@ -95,6 +97,8 @@ def solve_friction(
         Convergence threshold on the change of traction and on the mismatch between both
         half-steps, relative to the largest traction.
     max_iterations : int
+    compiled : module, optional
+        :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
 
     References
     ----------
@@ -103,40 +107,66 @@ def solve_friction(
        Learning 3, 2011.
     """
     rho = layer.typical_shift / stiffening
-    respond = layer.resolvent(rho, stiffening)
+    alpha = FRICTION_SOLVER.over_relaxation
+    # tractions times rho are displacements; their sum with the slip is the state of the iteration
+    respond = layer.resolvent(rho, stiffening, gain=alpha * rho)
     inside = limit_mpa.shape
-    limit, wanted, q, slip = (
-        _padded(part.astype(layer.dtype, copy=False), layer.shape)
-        for part in (limit_mpa, wanted_mm, start.traction, start.slip_mm / rho)
+    q, slip, limit = (
+        part.astype(layer.dtype, copy=False)
+        for part in (rho * start.traction, start.slip_mm, rho * limit_mpa)
     )
-    touching = limit > 0
+    wanted, trial = (
+        _padded(part.astype(layer.dtype, copy=False), layer.shape) for part in (wanted_mm, q + slip)
+    )
+    here = np.s_[..., : inside[0], : inside[1]]
     if inside != layer.shape:
         # Outside the window no displacement is prescribed: the actual one gives zero slip there.
-        beyond = layer.shift(q) / stiffening
-        beyond[..., : inside[0], : inside[1]] = wanted[..., : inside[0], : inside[1]]
+        beyond = layer.shift(_padded(start.traction, layer.shape)) / stiffening
+        beyond[here] = wanted[here]
         wanted = beyond.astype(layer.dtype, copy=False)
-    tiny = np.finfo(layer.dtype).tiny
-    iterations = 0
+    target = wanted - trial
+    target[here] += 2 * q
+    iterations, largest = 0, 0.0
     while iterations < max_iterations:
         iterations += 1
-        free = respond(wanted + rho * (q - slip))
-        alpha = FRICTION_SOLVER.over_relaxation
-        trial = alpha * free + (1 - alpha) * q + slip
-        size = np.sqrt(trial[0] ** 2 + trial[1] ** 2)
-        bound = limit
-        if free_slip_mm > 0:
-            extra = free_slip_mm / rho
-            bound = np.where(size > limit, limit * (size + extra) / (limit + extra), limit)
-        new = trial * np.minimum(1, bound / np.maximum(size, tiny))
-        slip = trial - new
-        change = float(np.abs(new - q).max())
-        mismatch = float((np.abs(free - new) * touching).max())
-        q = new
-        if max(change, mismatch) <= tolerance * max(float(np.abs(q).max()), 1e-12):
+        free = respond(target)
+        limits = _limited if compiled is None else compiled.limited
+        change, mismatch, largest = limits(
+            free, wanted, limit, alpha, free_slip_mm, trial, q, target
+        )
+        if max(change, mismatch) <= tolerance * max(largest, 1e-12 * rho):
             break
-    slack = tolerance * rho * float(np.abs(q).max())
-    q, slip = (part[..., : inside[0], : inside[1]] for part in (q, slip * rho))
-    return Grip(q, slip, slack, iterations)
+    slip = trial[here] - q
+    return Grip(q / rho, slip, float(tolerance * largest), iterations)
+
+
+def _limited(
+    free: Array,
+    wanted: Array,
+    limit: Array,
+    relaxation: float,
+    free_slip_mm: float,
+    trial: Array,
+    held: Array,
+    target: Array,
+) -> tuple[float, float, float]:
+    """Project onto Coulomb's limit; see :func:`tactile_core.sim.kernels.gripping.limited`."""
+    rows, columns = limit.shape
+    trial += free
+    here, free_here = trial[:, :rows, :columns], free[:, :rows, :columns]
+    here -= relaxation * held
+    size = np.sqrt(here[0] ** 2 + here[1] ** 2)
+    bound = limit
+    if free_slip_mm > 0:
+        faster = limit * (size + free_slip_mm) / (limit + free_slip_mm)
+        bound = np.where(size > limit, faster, limit)
+    new = here * (bound / np.maximum(np.maximum(size, bound), np.finfo(limit.dtype).tiny))
+    change = np.abs(new - held).max()
+    mismatch = (np.abs(free_here / relaxation - new) * (limit > 0)).max()
+    held[...] = new
+    np.subtract(wanted, trial, out=target)
+    target[:, :rows, :columns] += 2 * new
+    return float(change), float(mismatch), float(np.abs(new).max())
 
 
 def _padded(part: Array, shape: tuple[int, int]) -> Array:

@@ -79,32 +79,38 @@ def solve_normal(
         p = p * (total_mpa / p.sum())
     direction, before, restart, approach = np.zeros_like(p), 1.0, True, 0.0
     iterations = 0
+    deepest = float(overlap_mm.max())
     while iterations < max_iterations:
         iterations += 1
         gap = indentation(p) - overlap_mm
         touching = p > 0
         if forced:
             approach = float(gap[touching].mean())
-            gap = gap - approach
-        inside = np.where(touching, gap, 0)
-        square = float((inside * inside).sum())
-        scale = tolerance * max(float(overlap_mm.max()) + approach, 1e-9)
+            gap -= approach
+        inside = gap * touching
+        square = float(np.vdot(inside, inside))
+        scale = tolerance * max(deepest + approach, 1e-9)
         if (
             square <= scale**2 * np.count_nonzero(touching)
-            and not ((gap < -10 * scale) & ~touching).any()
+            and not ((gap < -10 * scale) > touching).any()
         ):
             break
-        direction = inside if restart else inside + (square / before) * direction * touching
+        if restart:
+            direction = inside
+        else:
+            direction *= square / before
+            direction *= touching
+            direction += inside
         before = square
         response = indentation(direction)
         if forced:
-            response = response - float(response[touching].mean())
-        curvature = float((response * direction).sum())
+            response -= float(response[touching].mean())
+        curvature = float(np.vdot(response, direction))
         if curvature <= 0:
             break
-        length = float((inside * direction).sum()) / curvature
+        length = float(np.vdot(inside, direction)) / curvature
         p = np.maximum(p - length * direction, 0)
-        joining = (p == 0) & (gap < 0)
+        joining = (gap < 0) > (p > 0)
         restart = bool(joining.any())
         if restart:
             p[joining] = -length * gap[joining]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
@@ -99,7 +98,8 @@ class ImageSampler:
         import cv2
 
         row, column = self.window.of(np.indices(self.grid.shape, np.float32))
-        across, down = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
+        moved = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
+        across, down = moved
         x, y = column - self.window.of(across), row - self.window.of(down)
         for _ in range(INVERSION.rough_steps):
             here = [
@@ -108,7 +108,7 @@ class ImageSampler:
             ]
             x, y = column - here[0], row - here[1]
         for _ in range(INVERSION.exact_steps):
-            across_here, down_here = _linear((across, down), x, y)
+            across_here, down_here = _linear(moved, x, y)
             x, y = column - across_here, row - down_here
         return np.stack([y, x])
 
@@ -133,33 +133,31 @@ class ImageSampler:
         near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
         return np.asarray(np.einsum("kpij,ip,jp->pk", near, wy, wx))
 
-    def at_present(self, displacement_mm: Array, part: int, origins: Float32) -> Float32:
-        """(my, mx) current displacement at the needed nodes, along x, y or z.
+    def at_present(self, displacement_mm: Array, origins: Float32) -> Float32:
+        """(3, my, mx) current displacement at the needed nodes, along x, y and z.
 
         Parameters
         ----------
         displacement_mm : (3, ny, nx)
             x, y and indentation of each material node.
-        part : int
-            Which of the three.
         origins : (2, my, mx)
             Of :meth:`origins`.
         """
-        return _cubic(self.coefficients(displacement_mm)[part], *origins)
+        return _cubic(self.coefficients(displacement_mm), *origins)
 
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
         known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
-        return rows.values.times(_product(known, columns.values_across))
+        return _between(rows.values, known, columns.values)
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         rows, columns = self._splines
         known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
         along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
-        along[0] = rows.values.times(_product(known, columns.slopes_across))
-        along[1] = rows.slopes.times(_product(known, columns.values_across))
+        along[0] = _between(rows.values, known, columns.slopes)
+        along[1] = _between(rows.slopes, known, columns.values)
         return np.moveaxis(along, 0, 2)
 
     def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
@@ -225,8 +223,6 @@ class _BSplines(NamedTuple):
         Matrix from values at the nodes to coefficients.
     values, slopes : BandedMatrix
         From coefficients to the values at N target positions, and to their derivatives.
-    values_across, slopes_across : (n + 2, N) float32
-        The same, transposed.
     tables : (N,) int64 and (4, N) float32
         For each target position, the index of the first of its four coefficients, and their
         weights.
@@ -235,8 +231,6 @@ class _BSplines(NamedTuple):
     solution: Float32
     values: BandedMatrix
     slopes: BandedMatrix
-    values_across: Float32
-    slopes_across: Float32
     tables: tuple[NDArray[np.int64], Float32]
 
     @classmethod
@@ -248,14 +242,11 @@ class _BSplines(NamedTuple):
         weights = BSpline.design_matrix(position, knots, 3, extrapolate=True)
         first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
-        values = weights.toarray()
         slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
         return cls(
             _solution(count),
-            BandedMatrix.of(values),
+            BandedMatrix.of(weights.toarray()),
             BandedMatrix.of(slopes),
-            np.asarray(values.T, np.float32),
-            np.asarray(slopes.T, np.float32),
             (first, four),
         )
 
@@ -279,8 +270,9 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
     return s * s * s / 6, inner[0], inner[1], t * t * t / 6
 
 
-def _product(a: Float32, b: Float32) -> Float32:
-    return np.asarray(a @ b, np.float32)
+def _between(rows: BandedMatrix, known: Float32, columns: BandedMatrix) -> Float32:
+    """Product of a matrix for the rows, coefficients, and a matrix for the columns."""
+    return rows.times(columns.times(known.T).T)
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
@@ -290,28 +282,28 @@ def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
     return first, inside - first.astype(np.float32)
 
 
-def _linear(fields: Sequence[Float32], x: Float32, y: Float32) -> list[Float32]:
-    """Fields (ny, nx) at places in nodes, linear between the nodes and constant beyond."""
-    rows, columns = fields[0].shape
+def _linear(fields: Float32, x: Float32, y: Float32) -> Float32:
+    """Fields (k, ny, nx) at places in nodes, linear between the nodes and constant beyond."""
+    rows, columns = fields.shape[1:]
     (i, b), (j, a) = _cells(y, rows), _cells(x, columns)
-    place, found = i * columns + j, []
-    for field in fields:
-        nodes = field.ravel()
-        nw, ne, sw, se = (nodes.take(place + k) for k in (0, 1, columns, columns + 1))
-        above = nw + a * (ne - nw)
-        found.append(above + b * (sw + a * (se - sw) - above))
-    return found
+    place = i * columns + j
+    nw, ne, sw, se = (
+        fields.reshape(len(fields), -1).take(place + k, 1) for k in (0, 1, columns, columns + 1)
+    )
+    above = nw + a * (ne - nw)
+    return np.asarray(above + b * (sw + a * (se - sw) - above))
 
 
 def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
-    """Cubic spline of coefficients (ny + 2, nx + 2) at places in nodes, constant beyond."""
-    rows, columns = coefficients.shape
+    """Cubic splines of coefficients (k, ny + 2, nx + 2) at places in nodes, constant beyond."""
+    count, rows, columns = coefficients.shape
     (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
-    place, nodes, total = i * columns + j, coefficients.ravel(), np.zeros_like(row)
+    place, nodes = i * columns + j, coefficients.reshape(count, -1)
+    total = np.zeros((count, *row.shape), np.float32)
     across = _weights(a)
     for down, weight in enumerate(_weights(b)):
-        line = sum(w * nodes.take(place + (down * columns + k)) for k, w in enumerate(across))
-        total += weight * line
+        for k, w in enumerate(across):
+            total += (weight * w) * nodes.take(place + (down * columns + k), 1)
     return total
 
 

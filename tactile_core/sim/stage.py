@@ -74,9 +74,9 @@ class VirtualStage(GelSurface):
             raise TypeError("overrides need a profile's name or path, not a Profile")
         if seed < 0:
             raise InputError(f"seed should be 0 or more, not {seed}")
-        super().__init__(profile, mode)
+        compiled = _is_compiled(profile) if compiled is None else compiled
+        super().__init__(profile, mode, compiled=compiled)
         self.profile = profile
-        self._compiled = _is_compiled(profile) if compiled is None else compiled
         self._optics = RigOptics(
             profile, seed=seed, faults=faults, mode=mode, compiled=self._compiled
         )

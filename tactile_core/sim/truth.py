@@ -54,7 +54,7 @@ class TrueState:
     @cached_property
     def height_mm(self) -> Float32:
         """(H, W) indentation relative to the undeformed surface, positive towards the camera."""
-        height = self._sampler.values(self._height_now)
+        height = self._sampler.values(self._now[2])
         if self._imprint is not None:
             self._imprint.deepen(height, self.displacement_mm)
         return height
@@ -62,7 +62,7 @@ class TrueState:
     @cached_property
     def gradients(self) -> Float32:
         """(H, W, 2) ∂z/∂x and ∂z/∂y of the height."""
-        slopes = self._sampler.slopes(self._height_now)
+        slopes = self._sampler.slopes(self._now[2])
         if self._imprint is not None:
             rows, columns = self._imprint.window(self._sampler.shape)
             # one pixel more, where there is one, for central differences at the window's border
@@ -81,9 +81,8 @@ class TrueState:
     @cached_property
     def displacement_mm(self) -> Float32:
         """(H, W, 2) displacement from the undeformed surface: +x right, +y down."""
-        moved, origins = self._state.displacement_mm, self._origins
-        now = [self._sampler.at_present(moved, part, origins) for part in range(2)]
-        return np.moveaxis(np.stack([self._sampler.values(part) for part in now]), 0, 2)
+        images = np.stack([self._sampler.values(part) for part in self._now[:2]])
+        return np.moveaxis(images, 0, 2)
 
     @cached_property
     def contact(self) -> Bool:
@@ -117,5 +116,6 @@ class TrueState:
         return self._sampler.origins(self._state.displacement_mm[:2])
 
     @cached_property
-    def _height_now(self) -> Float32:
-        return self._sampler.at_present(self._state.displacement_mm, 2, self._origins)
+    def _now(self) -> Float32:
+        """(3, my, mx) displacement and indentation at the needed nodes, which do not move."""
+        return self._sampler.at_present(self._state.displacement_mm, self._origins)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.wave_products import WaveProducts
 
 GEL = Elastomer(2.0, 0.145, 0.48)
 RATIOS = (0.0, 0.3, 0.48, 0.4999, 0.5)
@@ -98,3 +99,20 @@ def test_resolvent_inverts_the_response(layer: ElasticLayer) -> None:
     _, q = _loads(layer, 5)
     wanted = layer.shift(q) / 1.4 + 0.7 * q
     np.testing.assert_allclose(layer.resolvent(0.7, 1.4)(wanted), q, atol=1e-9)
+    np.testing.assert_allclose(layer.resolvent(0.7, 1.4, gain=1.7)(wanted), 1.7 * q, atol=1e-9)
+
+
+@given(
+    whole=st.tuples(st.integers(2, 24), st.integers(2, 24)),
+    part=st.tuples(st.integers(1, 12), st.integers(1, 12)),
+    seed=st.integers(0, 1000),
+)
+def test_products_with_waves_are_fourier_transforms(
+    whole: tuple[int, int], part: tuple[int, int], seed: int
+) -> None:
+    part = min(part[0], whole[0]), min(part[1], whole[1])
+    field = np.random.default_rng(seed).standard_normal((2, *part))
+    products = WaveProducts.of(part, whole, np.float64)
+    waves = np.fft.rfft2(field, s=whole, axes=(-2, -1))
+    np.testing.assert_allclose(products.forward(field), waves, atol=1e-12)
+    np.testing.assert_allclose(products.inverse(waves), field, atol=1e-12)

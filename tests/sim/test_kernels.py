@@ -10,9 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
+from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.kernels import SWITCH
 from tactile_core.sim import Faults, VirtualStage, kernels
+from tactile_core.sim.friction import Grip, solve_friction
 
 HEIGHT_MM = 3e-4
 """numpy inverts the displacement with OpenCV, which rounds; version 4 is coarser than 5."""
@@ -75,12 +81,47 @@ def test_rendered_height_and_displacement_are_the_truth() -> None:
 
 
 @needs_kernels
+@given(
+    window=st.tuples(st.integers(2, 12), st.integers(2, 12)),
+    free_slip_mm=st.sampled_from([0.0, 0.01]),
+    seed=st.integers(0, 1000),
+)
+@settings(max_examples=15, deadline=None)
+def test_friction_holds_the_same_displacement(
+    window: tuple[int, int], free_slip_mm: float, seed: int
+) -> None:
+    layer = ElasticLayer(Grid(40, 36, 0.2), Elastomer(2.0, 0.145, 0.48)).near(window)
+    rng = np.random.default_rng(seed)
+    wanted = rng.normal(0, 0.05, (2, *window)).astype(np.float32)
+    limit = np.maximum(rng.normal(0, 0.05, window), 0).astype(np.float32)
+    fast, plain = both_ways(
+        lambda compiled: solve_friction(
+            layer,
+            wanted,
+            limit,
+            Grip.none(window, np.float32),
+            free_slip_mm=free_slip_mm,
+            max_iterations=5,
+            compiled=kernels.chosen(compiled),
+        )
+    )
+    assert fast.iterations == plain.iterations
+    assert fast.resolution_mm == pytest.approx(plain.resolution_mm, rel=1e-4)
+    np.testing.assert_allclose(fast.traction, plain.traction, atol=1e-5)
+    np.testing.assert_allclose(fast.slip_mm, plain.slip_mm, atol=1e-5)
+    np.testing.assert_array_equal(fast.slip_mm == 0, plain.slip_mm == 0)
+
+
+@needs_kernels
 @pytest.mark.parametrize("shape", ["round", "square", "triangle"])
 def test_markers_of_every_shape_are_drawn_equally(shape: str) -> None:
     looks = {"markers": {"shape": shape, "layout": "quasi_random"}}
 
     def printed(compiled: bool) -> np.ndarray:
-        stage = VirtualStage("hex_fingertip", 1, overrides={"optics": looks}, compiled=compiled)
+        merged = Faults(merged_markers=0.2)
+        stage = VirtualStage(
+            "hex_fingertip", 1, overrides={"optics": looks}, faults=merged, compiled=compiled
+        )
         optics = stage._optics
         level = np.zeros(stage.truth().height_mm.shape, np.float32)
         surface = optics.surface(level, None, optics.markers_px + 0.3)

@@ -1,7 +1,8 @@
 """All kernels in one namespace; importing this module imports numba."""
 
 from tactile_core.sim.kernels.carrying import at_present, values
+from tactile_core.sim.kernels.gripping import limited
 from tactile_core.sim.kernels.light import photograph
 from tactile_core.sim.kernels.printing import draw
 
-__all__ = ["at_present", "draw", "photograph", "values"]
+__all__ = ["at_present", "draw", "limited", "photograph", "values"]

@@ -109,12 +109,6 @@ def _add_exponential(left: Float32, power: Float32, out: Float32) -> None:
 
 
 @njit(**ROW)
-def _scale(by: Float32, row: Float32) -> None:
-    for j in range(row.size):
-        row[j] *= by[j]
-
-
-@njit(**ROW)
 def _add_textured(row: Float32, grain: Float32, level: Any, out: Float32) -> None:
     for j in range(row.size):
         out[j] += row[j] * (grain[j] * level)
@@ -139,9 +133,24 @@ def _dim(up: Float32, ambient: Any, printed: Float32, glass: Float32, row: Float
 
 
 @njit(**ROW)
-def _add_share(row: Float32, share: Any, out: Float32) -> None:
+def _dim_by(hidden: Float32, next_hidden: Float32, share: Any, row: Float32) -> None:
+    """Darken by a hidden share, interpolated between two rows."""
+    one = np.float32(1)
     for j in range(row.size):
-        out[j] += row[j] * share
+        row[j] *= one - (hidden[j] + (next_hidden[j] - hidden[j]) * share)
+
+
+@njit(**ROW)
+def _share_of(row: Float32, share: Any, out: Float32) -> None:
+    for j in range(row.size):
+        out[j] = row[j] * share
+
+
+@njit(**ROW)
+def _mixed(a: Float32, b: Float32, c: Float32, shares: Float32, out: Float32) -> None:
+    of_a, of_b, of_c = shares[0], shares[1], shares[2]
+    for j in range(out.size):
+        out[j] = a[j] * of_a + b[j] * of_b + c[j] * of_c
 
 
 @njit(**EXACT_ROW)
@@ -152,13 +161,21 @@ def _levels(
     for j in range(out.size):
         spread = np.sqrt(max(light[j], zero) * well + read)
         level = (spread * (np.float32(noise[j]) * scale) + light[j]) * most + half
-        out[j] = np.int32(min(max(level, zero), most))
+        out[j] = np.uint16(np.int32(min(max(level, zero), most)))
 
 
 @njit(**EXACT_ROW)
-def _coded(levels: Any, table: Any, first: Any, count: Any, out: Any) -> None:
+def _coded(levels: Any, table: Any, out: Any) -> None:
     for j in range(levels.size):
-        out[j * count + first] = table[levels[j]]
+        out[j] = table[levels[j]]
+
+
+@njit(**EXACT_ROW)
+def _interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
+    for j in range(a.size):
+        out[3 * j] = a[j]
+        out[3 * j + 1] = b[j]
+        out[3 * j + 2] = c[j]
 
 
 @njit(**LOOP)
@@ -166,16 +183,16 @@ def photograph(
     surface: tuple[Float32, Float32, Float32, Float32, float],
     lights: tuple[Float32, Float32, Float32, Float32],
     lit: tuple[Any, Float32, Any],
-    shade: tuple[Float32, int, int],
+    shade: tuple[Float32, int, Any, Any],
     ambient: Float32,
     glass: Float32,
     mixing: Float32,
-    noise: tuple[Any, float],
+    noise: tuple[Any, Float32],
     electrons: tuple[float, float],
     table: Any,
     pixels: Any,
 ) -> None:
-    """Take one exposure.
+    """Take the exposures of a frame.
 
     Parameters
     ----------
@@ -186,47 +203,55 @@ def photograph(
         As in :class:`~tactile_core.sim.optics.coating.Shading`, of S lights: (S, 3, H, W),
         (S, 3, H, W) or (S, 3, 0, 0), (S, H, W) or (S, 0, 0), and (S,).
     lit : numbers, levels, fed
-        Of the L lights that are on: (L,) int indices, (L,) float32 brightness, and (L, K) bool
-        channels that receive them.
-    shade : seen, top, left
-        (L, h, w) visible share of each light in a part of the image, and its first row and column.
-    ambient : (K,) float32
+        Of the L lights that are on, in any exposure: (L,) int indices, (L,) float32 brightness,
+        and (L, E K) bool channels that receive them, of K colours of E exposures.
+    shade : hidden, left, first, share
+        (L, h, w) hidden share of each light on some coarse rows of a part of the image; the first
+        column of that part; and for each of the H rows, the coarse row before it and the fraction
+        of the way to the next one. -1 marks a row without shadows.
+    ambient : (E K,) float32
     glass : (H, W) float32
         Transmission of the lens.
     mixing : (K, K) float32
-    noise : (K, H, W) int8 and float
+        One or three colours.
+    noise : (E K, H, W) int8 and (E K,) float32
         Standard normal samples, and their unit with their sign.
     electrons : (float, float)
         Noise variance at full light (shot noise) and without light (read noise), relative to full
         scale.
     table : (V,) uint8 or uint16
         Pixel value of each of V light levels.
-    pixels : (H, W K) uint8 or uint16
+    pixels : (E, H, W K) uint8 or uint16
         Overwritten.
     """
     relief_mm, rest, textures, printed, mm_per_px = surface
     toward, lobe, peak, blur = lights
     numbers, levels, fed = lit
-    seen, top, left = shade
-    samples = noise[0]
-    scale, most = np.float32(noise[1]), np.float32(table.size - 1)
+    hidden, left, coarse, share = shade
+    samples, scales = noise
+    most = np.float32(table.size - 1)
     rows, columns = relief_mm.shape
-    count = len(ambient)
+    count, colours = len(ambient), len(mixing)
     half = np.float32(0.5 / mm_per_px)
     well, read = np.float32(electrons[0]), np.float32(electrons[1])
     facing = np.empty((3, columns), np.float32)
     grain = np.empty((4 * len(textures), columns), np.float32)
+    used = np.zeros(len(textures), np.bool_)
+    for k in range(len(numbers)):
+        used[numbers[k] // 4] = True
     plane, rest_of = np.empty(columns, np.float32), np.empty(columns, np.float32)
     power = np.empty(columns, np.int32)
     light = np.empty((count, columns), np.float32)
     bare = np.ones(columns, np.float32)
-    mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.int32)
+    mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.uint16)
+    coded = np.empty((colours, columns), pixels.dtype)
     for row in range(rows):
         _normals(relief_mm, rest, half, row, facing)
         x, y, z = facing[0], facing[1], facing[2]
         for t in range(len(textures)):
-            four = textures[t, row].reshape(4 * columns)
-            _apart(four, grain[4 * t], grain[4 * t + 1], grain[4 * t + 2], grain[4 * t + 3])
+            if used[t]:
+                four = textures[t, row].reshape(4 * columns)
+                _apart(four, grain[4 * t], grain[4 * t + 1], grain[4 * t + 2], grain[4 * t + 3])
         light[:] = 0
         for k in range(len(numbers)):
             s = numbers[k]
@@ -236,8 +261,11 @@ def photograph(
                 a, b, c = lobe[s, 0, row], lobe[s, 1, row], lobe[s, 2, row]
                 _power(x, y, z, a, b, c, peak[s, row], rest_of, power)
                 _add_exponential(rest_of, power.view(np.float32), plane)
-            if 0 <= row - top < seen.shape[1]:
-                _scale(seen[k, row - top], plane[left : left + seen.shape[2]])
+            before = coarse[row]
+            if before >= 0:
+                after = min(before + 1, hidden.shape[1] - 1)
+                part = plane[left : left + hidden.shape[2]]
+                _dim_by(hidden[k, before], hidden[k, after], share[row], part)
             for channel in range(count):
                 if fed[k, channel]:
                     _add_textured(plane, grain[s], levels[k], light[channel])
@@ -245,8 +273,18 @@ def photograph(
             covered = printed[row] if printed.size else bare
             _dim(z, ambient[channel], covered, glass[row], light[channel])
         for channel in range(count):
-            mixed[:] = 0
-            for other in range(count):
-                _add_share(light[other], mixing[channel, other], mixed)
-            _levels(mixed, samples[channel, row], scale, well, read, most, levels_of)
-            _coded(levels_of, table, channel, count, pixels[row])
+            colour = channel % colours
+            if colours == 3:
+                first = channel - colour
+                _mixed(light[first], light[first + 1], light[first + 2], mixing[colour], mixed)
+            else:
+                _share_of(light[channel], mixing[0, 0], mixed)
+            scale, numbers_of = scales[channel], samples[channel, row]
+            _levels(mixed, numbers_of, scale, well, read, most, levels_of)
+            out = pixels[channel // colours, row]
+            if colours == 3:
+                _coded(levels_of, table, coded[colour])
+                if colour == 2:
+                    _interleaved(coded[0], coded[1], coded[2], out)
+            else:
+                _coded(levels_of, table, out)

@@ -34,18 +34,20 @@ def draw(centres: Any, turned: Any, size: float, shape: int, ink: float, bare: F
         Ones; overwritten where there are markers.
     """
     rows, columns = bare.shape
-    reach = size * 0.75 + 1
+    reach = size * (0.5 if shape == ROUND else 0.75) + 1
+    whole = max(size / 2 - 0.5, 0.0) ** 2  # closer to the middle, a round marker covers the pixel
     for k in range(len(centres)):
         x0, y0 = centres[k]
         cos, sin = np.cos(turned[k]), np.sin(turned[k])
         for i in range(max(int(y0 - reach), 0), min(int(y0 + reach) + 2, rows)):
             for j in range(max(int(x0 - reach), 0), min(int(x0 + reach) + 2, columns)):
                 dx, dy = j - x0, i - y0
-                if dx * dx + dy * dy > reach * reach:
+                square = dx * dx + dy * dy
+                if square > reach * reach:
                     continue
                 x, y = dx * cos + dy * sin, dy * cos - dx * sin
                 if shape == ROUND:
-                    outside = np.sqrt(dx * dx + dy * dy) - size / 2
+                    outside = -1.0 if square < whole else np.sqrt(square) - size / 2
                 elif shape == SQUARE:
                     outside = max(abs(x), abs(y)) - size / 2
                 else:

@@ -49,6 +49,9 @@ class CameraParameters(NamedTuple):
 CAMERA = CameraParameters()
 """The values in use."""
 
+_LOOKS_UP_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
+"""Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long."""
+
 
 @dataclass(frozen=True)
 class Chip:
@@ -110,29 +113,32 @@ class Chip:
         """Light that gives this pixel value, both relative to full scale."""
         return float(coded**self.gamma)
 
-    def read_out(self, light: Float32, noise: Float32) -> NDArray[Any]:
+    def read_out(
+        self, light: Float32, noise: NDArray[Any], noise_scale: float = 1.0
+    ) -> NDArray[Any]:
         """Convert light to pixel values, with shot noise and read noise.
 
         Parameters
         ----------
-        light : float32
-        noise : float32 of the same shape
-            Standard normal samples.
+        light : (K, h, W) float32
+        noise : float32 or int8 of the same shape
+            Standard normal samples, in units of ``noise_scale``.
+        noise_scale : float
 
         Returns
         -------
         uint8 or uint16 of the same shape
             At most ``2 ** bit_depth - 1``.
         """
+        rows = light.reshape(-1, light.shape[-1])  # OpenCV adds planes below each other at once
         # Photons arrive independently: variance is proportional to light.
-        spread = light * np.float32(1 / self.full_well_e)
-        least = np.float32((self.read_noise_e / self.full_well_e) ** 2)
-        spread += least
-        np.maximum(spread, least, out=spread)
-        np.sqrt(spread, out=spread)
-        spread *= noise
-        spread += light
-        return self._coded(spread)
+        spread = rows * np.float32(1 / self.full_well_e)
+        spread += np.float32((self.read_noise_e / self.full_well_e) ** 2)
+        cv2.sqrt(spread, dst=spread)
+        spread *= noise.reshape(rows.shape)
+        most = self._levels - 1
+        levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
+        return self._coded(np.asarray(levels)).reshape(light.shape)
 
     def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
@@ -140,25 +146,32 @@ class Chip:
             return pixels
         return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
 
-    def _coded(self, light: Float32) -> NDArray[Any]:
-        most = self.table.size - 1
-        levels = light * np.float32(most)
-        levels += np.float32(0.5)
-        np.clip(levels, 0, most, out=levels)
-        if self.gamma == 1:
-            return np.asarray(levels.astype(self.dtype))
-        # rounds down; a conversion to four bytes is much faster than one to eight
-        return np.asarray(self.table.take(levels.astype(np.int32)))
+    def _coded(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
+        if self.gamma == 1 and self.bit_depth > 8:
+            return np.minimum(levels, np.uint16(self._levels - 1))
+        if _LOOKS_UP_16_BITS:
+            return np.asarray(cv2.LUT(levels, self._table_of_any))
+        return np.asarray(self._table_of_any.take(levels))
+
+    @property
+    def _levels(self) -> int:
+        """Number of levels of light that the converter distinguishes."""
+        linear = self.gamma == 1
+        return 1 << (self.bit_depth if linear else max(CAMERA.converter_bits, self.bit_depth))
 
     @cached_property
     def table(self) -> NDArray[Any]:
         """(L,) pixel value of each of L equally spaced light levels; the last is full scale."""
         if self.gamma == 1:
-            return np.arange(2**self.bit_depth).astype(self.dtype)
-        bits = max(CAMERA.converter_bits, self.bit_depth)
-        light = np.linspace(0, 1, 2**bits)
+            return np.arange(self._levels).astype(self.dtype)
+        light = np.linspace(0, 1, self._levels)
         coded = np.rint(light ** (1 / self.gamma) * (2**self.bit_depth - 1))
         return np.asarray(coded.astype(self.dtype))
+
+    @cached_property
+    def _table_of_any(self) -> NDArray[Any]:
+        """The table, continued to every uint16."""
+        return np.pad(self.table, (0, 2**16 - len(self.table)), mode="edge")
 
 
 class Numbers(NamedTuple):
@@ -173,13 +186,6 @@ class Numbers(NamedTuple):
 
     steps: NDArray[np.int8]
     scale: float
-
-    @property
-    def values(self) -> Float32:
-        """(size,) float32 steps times their unit."""
-        values = self.steps.astype(np.float32)
-        values *= np.float32(self.scale)
-        return values
 
 
 class Noise:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -158,8 +159,12 @@ def _dot(a: Float32, b: Float32) -> Float32:
 
 def _softly_positive(half_cosine: Float32, half_blur: float) -> Float32:
     """Soft clamp of a cosine at 0: an extended light sets gradually below the horizon."""
-    root = half_cosine * half_cosine
-    root += np.float32(half_blur**2)
-    np.sqrt(root, out=root)
+    constant = _constant(half_cosine.shape, half_blur)
+    root = np.asarray(cv2.magnitude(half_cosine, constant), np.float32)
     root += half_cosine
-    return np.asarray(root)
+    return root
+
+
+@lru_cache(maxsize=32)
+def _constant(shape: tuple[int, ...], value: float) -> Float32:
+    return np.full(shape, value, np.float32)

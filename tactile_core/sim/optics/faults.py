@@ -158,6 +158,8 @@ class Faults:
 
     def fate(self, frame: int, seed: int) -> tuple[Fate, float]:
         """Fate of a frame, and the share of its rows above the tear."""
+        if not (self.dropped_frames or self.torn_frames):
+            return "whole", 1.0
         rng = np.random.default_rng([seed, 22, frame])
         drop, tear, rows = rng.random(3)
         if frame > 0 and drop < self.dropped_frames:
@@ -169,6 +171,8 @@ class Faults:
 
     def slips(self, frame: int, seed: int) -> bool:
         """Whether the lights of an observation are one exposure late."""
+        if not self.slipped_frames:
+            return False
         sample = float(np.random.default_rng([seed, 23, frame]).random())
         return sample < self.slipped_frames
 

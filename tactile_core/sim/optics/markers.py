@@ -142,19 +142,26 @@ class MarkerPrint:
             Printed share of each pixel.
         """
         centres, angles = self.blots(centres_px, shape)
-        half = int(np.ceil(PRINT.corner_sizes * self.size_px)) + 1
+        reach = 0.5 if self.shape == "round" else PRINT.corner_sizes
+        half = int(np.ceil(reach * self.size_px)) + 1
         corner = np.rint(centres).astype(int) - half
         window = np.arange(2 * half + 1)
-        x = corner[:, 0, None, None] + window - centres[:, 0, None, None]
-        y = corner[:, 1, None, None] + window[:, None] - centres[:, 1, None, None]
-        cos, sin = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
-        distance = self._outside(x * cos + y * sin, y * cos - x * sin)
-        shares = np.clip(0.5 - distance, 0, 1).astype(np.float32)
+        x, y = (
+            (first[:, None] + window - middle[:, None]).astype(np.float32)
+            for first, middle in zip(corner.T, centres.T, strict=True)
+        )
+        shares = 0.5 - self._outside(x[:, None], y[..., None], angles.astype(np.float32))
+        np.clip(shares, 0, 1, out=shares)
+        # a border for markers that are partly outside
         beyond = 2 * half + 1
         cover = np.zeros((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
-        for share, (left, top) in zip(shares, corner + beyond, strict=True):
-            here = cover[top : top + beyond, left : left + beyond]
-            np.maximum(here, share, out=here)
+        flat, width = cover.reshape(-1), cover.shape[1]
+        first = (corner[:, 1] + beyond) * width + corner[:, 0] + beyond
+        places = first[:, None, None] + (window[:, None] * width + window)
+        flat[places] = shares
+        # where markers overlap, the darkest remains
+        while (lost := flat[places] < shares).any():
+            flat[places[lost]] = shares[lost]
         return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
 
     def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
@@ -193,15 +200,26 @@ class MarkerPrint:
         pairs = self.rest_px[self.joined]
         return float(np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1).max(initial=0.0))
 
-    def _outside(self, x: Float64, y: Float64) -> Float64:
-        """Distance from the outline, px; negative inside."""
+    def _outside(self, x: Float32, y: Float32, angles: Float32) -> Float32:
+        """Distance from the outlines of N markers, px; negative inside.
+
+        Parameters
+        ----------
+        x : (N, 1, w) float32
+            Position relative to the centre, px.
+        y : (N, w, 1) float32
+        angles : (N,) float32
+        """
+        half = np.float32(self.size_px / 2)
         if self.shape == "round":
-            return np.asarray(np.hypot(x, y) - self.size_px / 2)
+            return np.asarray(np.sqrt(x * x + y * y) - half)
+        cos, sin = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
+        x, y = x * cos + y * sin, y * cos - x * sin
         if self.shape == "square":
-            return np.asarray(np.maximum(abs(x), abs(y)) - self.size_px / 2)
-        sides = np.radians([90.0, 210.0, 330.0])
+            return np.asarray(np.maximum(abs(x), abs(y)) - half)
+        sides = np.radians(np.array([90, 210, 330], np.float32))
         reach = np.max([x * np.cos(a) + y * np.sin(a) for a in sides], axis=0)
-        return np.asarray(reach - self.size_px / (2 * np.sqrt(3)))
+        return np.asarray(reach - np.float32(self.size_px / (2 * np.sqrt(3))))
 
 
 def _mounted(centres_px: Float64, profile: SensorBuild) -> Float64:

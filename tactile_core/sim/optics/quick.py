@@ -1,4 +1,4 @@
-"""One exposure by compiled loops: the same as :class:`Shining` and :class:`Chip`, but faster."""
+"""The exposures of a frame by compiled loops: as :class:`Shining` and :class:`Chip`, but faster."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tactile_core.sim.optics.sources import LightSource, Shining
 
 _NONE = np.zeros((0, 0), np.float32)
 _NO_FIELD = np.zeros((2, 0, 0), np.float32)
-_NO_SHADE = np.zeros((0, 0, 0), np.float32), 0, 0
+_NO_HIDDEN = np.zeros((0, 0, 0), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,9 @@ def photographed(
     glass: Float32,
     mixing: Float32,
     chip: Chip,
-    noise: Numbers,
+    noise: Sequence[Numbers],
 ) -> NDArray[Any]:
-    """Render one exposure.
+    """Render the exposures of a frame.
 
     Parameters
     ----------
@@ -76,18 +76,20 @@ def photographed(
     mixing : (K, K) float32
         Colour mixing matrix: crosstalk and gain.
     chip : Chip
-    noise : Numbers
+    noise : sequence of Numbers
+        One per exposure.
 
     Returns
     -------
-    (H, W, K) uint8 or uint16
+    (E, H, W, K) uint8 or uint16
     """
     surface, shade = shining.surface, shining.shade
     height, width = surface.relief_mm.shape
     count = len(mixing)
-    pixels = np.empty((height, width * count), chip.dtype)
+    pixels = np.empty((len(noise), height, width * count), chip.dtype)
     rest = _NO_FIELD if surface.rest_slopes is None else surface.rest_slopes
     printed = _NONE if surface.reflectance is None else surface.reflectance
+    steps = [one.steps.reshape(count, height, width) for one in noise]
     compiled.photograph(
         (
             np.ascontiguousarray(surface.relief_mm),
@@ -98,17 +100,22 @@ def photographed(
         ),
         (lights.toward, lights.lobe, lights.peak, lights.blur),
         (
-            np.array([number for number, _, _ in shining.sources], np.int64),
-            np.array([level for _, _, level in shining.sources], np.float32),
+            np.array([number for number, _, _, _ in shining.sources], np.int64),
+            np.array([level for _, _, level, _ in shining.sources], np.float32),
             shining.fed,
         ),
-        _NO_SHADE if shade is None else (shade.seen, shade.rows.start, shade.columns.start),
+        (_NO_HIDDEN, 0, np.full(height, -1), np.zeros(height, np.float32))
+        if shade is None
+        else (shade.hidden, shade.columns.start, shade.coarse, shade.share),
         shining.ambient,
         glass,
         mixing,
-        (noise.steps.reshape(count, height, width), noise.scale),
+        (
+            steps[0] if len(steps) == 1 else np.concatenate(steps),
+            np.repeat(np.array([one.scale for one in noise], np.float32), count),
+        ),
         (1 / chip.full_well_e, (chip.read_noise_e / chip.full_well_e) ** 2),
         chip.table,
         pixels,
     )
-    return pixels.reshape(height, width, count)
+    return pixels.reshape(-1, height, width, count)

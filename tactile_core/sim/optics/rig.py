@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -181,13 +181,11 @@ class RigOptics:
             return self._last
         surface = self.surface(height_mm, displacement_mm, markers_px)
         late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
-        planes = [
-            self.photograph(
-                surface, self._shots[shot - 1 if late else shot].levels, frame=number, exposure=shot
-            )
-            for shot in range(len(self._shots))
+        levels = [
+            self._shots[shot - 1 if late else shot].levels for shot in range(len(self._shots))
         ]
-        pixels = planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)
+        planes = self._taken(surface, levels, number, first=0)
+        pixels = planes[0] if len(planes) == 1 else _side_by_side(planes)
         if fate == "torn" and self._last is not None:
             row = int(above * len(pixels))
             pixels = np.concatenate([pixels[:row], self._last[row:]])
@@ -230,26 +228,39 @@ class RigOptics:
         -------
         (H, W, 1) or (H, W, 3) uint8 or uint16
         """
+        return self._taken(surface, [levels], frame, first=exposure)[0]
+
+    def _taken(
+        self, surface: Surface, levels: Sequence[Mapping[str, float]], frame: int, *, first: int
+    ) -> list[NDArray[Any]]:
+        """Take exposures under some lights each, as (H, W, K); ``first`` is the first's number."""
         mixing = (self._mixing * self._faults.overexposure).astype(np.float32)
         sources = tuple(
-            (number, source, bright)
+            (number, source, bright, exposure)
+            for exposure, lit in enumerate(levels)
             for number, source in enumerate(self._sources)
-            if (bright := self._brightness(source, number, levels, frame)) > 0
+            if (bright := self._brightness(source, number, lit, frame)) > 0
         )
-        shining = Shining(sources, surface, self._colours)
-        noise = self._noise.of(frame, exposure)
+        shining = Shining(sources, surface, self._colours, len(levels))
+        noise = [self._noise.of(frame, first + exposure) for exposure in range(len(levels))]
         loops = kernels.chosen(self._compiled)
         if loops is not None:
-            return self._chip.send(
-                photographed(loops, self._lights, shining, self._glass, mixing, self._chip, noise)
+            taken = photographed(
+                loops, self._lights, shining, self._glass, mixing, self._chip, noise
             )
-        pixels = np.empty((*self._shape, len(self._colours)), self._chip.dtype)
-        numbers = noise.values.reshape(-1, *self._shape)
+            return [self._chip.send(pixels) for pixels in taken]
+        colours = len(self._colours)
+        taken = np.empty((len(levels), *self._shape, colours), self._chip.dtype)
+        numbers = [one.steps.reshape(-1, *self._shape) for one in noise]
         for rows, light in shining.bands(self._glass):
-            mixed = (mixing @ light.reshape(len(light), -1)).reshape(light.shape)
-            coded = self._chip.read_out(mixed, numbers[:, rows])
-            cv2.merge([*coded], dst=pixels[rows])
-        return self._chip.send(pixels)
+            for exposure, pixels in enumerate(taken):
+                own = light[colours * exposure : colours * (exposure + 1)]
+                mixed = (mixing @ own.reshape(colours, -1)).reshape(own.shape)
+                coded = self._chip.read_out(
+                    mixed, numbers[exposure][:, rows], noise[exposure].scale
+                )
+                cv2.merge([*coded], dst=pixels[rows])
+        return [self._chip.send(pixels) for pixels in taken]
 
     @cached_property
     def _lights(self) -> StackedLights:
@@ -274,7 +285,7 @@ class RigOptics:
         medians = []
         for shot in self._shots:
             sources = tuple(
-                (number, source, level)
+                (number, source, level, 0)
                 for number, source in enumerate(self._sources)
                 if (level := shot.levels.get(source.led_array.name, 0.0)) > 0
             )
@@ -291,6 +302,19 @@ class RigOptics:
         array = np.asarray(values, np.float32)
         if array.shape != shape:
             raise InputError(f"{name} has the shape {array.shape}; this rig's is {shape}")
-        if not np.isfinite(array.sum()):
+        if not _is_finite(array):
             raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
+
+
+def _is_finite(array: Float32) -> bool:
+    """Whether no value is infinite or missing: a sum of squares is fast if rows are contiguous."""
+    planes = array if array.flags.c_contiguous else np.moveaxis(array, -1, 0)
+    return bool(np.isfinite(np.vdot(planes, planes)))
+
+
+def _side_by_side(planes: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Channels of all exposures in one image; OpenCV interleaves faster than numpy."""
+    if planes[0].shape[2] > 1:
+        return np.concatenate(planes, axis=2)
+    return np.asarray(cv2.merge([plane[..., 0] for plane in planes]))

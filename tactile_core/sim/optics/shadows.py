@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.algorithms.arrays.types import Float32, Float64
 
 
 class MarchingParameters(NamedTuple):
@@ -44,22 +45,33 @@ class Shade(NamedTuple):
 
     Attributes
     ----------
-    rows, columns : slice
-    seen : (L, h, w) float32
-        Visible share of each light in these rows and columns; 1 elsewhere.
+    columns : slice
+        Columns of the image.
+    hidden : (L, n, w) float32
+        Hidden share of each light in these columns, on some rows of the reduced grid.
+    coarse : (H,) int64
+        For each row of the image, the row of ``hidden`` before it; -1 where no light is hidden.
+    share : (H,) float32
+        Fraction of the way from there to the next row of ``hidden``.
     """
 
-    rows: slice
     columns: slice
-    seen: Float32
+    hidden: Float32
+    coarse: NDArray[np.int64]
+    share: Float32
 
     def darken(self, light: int, plane: Float32, top: int) -> None:
         """Darken a band of rows (h, W) of one light, in place; its first row is ``top``."""
-        first = max(self.rows.start, top)
-        last = min(self.rows.stop, top + len(plane))
-        if first < last:
-            part = self.seen[light, first - self.rows.start : last - self.rows.start]
-            plane[first - top : last - top, self.columns] *= part
+        band = slice(top, top + len(plane))
+        inside = np.flatnonzero(self.coarse[band] >= 0)
+        if inside.size:
+            rows = slice(int(inside[0]), int(inside[-1]) + 1)
+            before, hidden = self.coarse[band][rows], self.hidden[light]
+            dark = hidden[before]
+            dark += self.share[band][rows, None] * (
+                hidden[np.minimum(before + 1, len(hidden) - 1)] - dark
+            )
+            plane[rows, self.columns] *= 1 - dark
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,24 +198,30 @@ def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, sl
 def _enlarged(
     hidden: Float32, part: tuple[slice, slice], small: tuple[int, int], shape: tuple[int, int]
 ) -> Shade:
-    """Interpolate a part of the reduced grid at the pixels of the image."""
-    (rows, down), (columns, across) = (
-        _touched(_linear(size, whole), of)
-        for size, whole, of in zip(small, shape, part, strict=True)
-    )
-    return Shade(rows, columns, np.asarray(1 - down @ hidden @ across.T, np.float32))
+    """Interpolate a part of the reduced grid between its columns; rows follow when needed."""
+    rows, columns = part
+    across, touched = _across(small[1], shape[1], columns.start, columns.stop)
+    place = _places(small[0], shape[0])
+    before = place.astype(np.int64)
+    # rows next to the part are influenced by its border: nothing is hidden beyond it
+    reached = np.zeros((len(hidden), hidden.shape[1] + 2, across.shape[1]), np.float32)
+    np.matmul(hidden, across, out=reached[:, 1:-1])
+    coarse = before - (rows.start - 1)
+    coarse[(coarse < 0) | (coarse > hidden.shape[1])] = -1
+    return Shade(touched, reached, coarse, np.asarray(place - before, np.float32))
 
 
-def _touched(weights: Float32, part: slice) -> tuple[slice, Float32]:
-    """Pixels that a part of the reduced grid influences, and how much each does."""
-    inside = weights[:, part]
-    pixels = np.flatnonzero(inside.sum(1))
+@lru_cache(maxsize=64)
+def _across(small: int, size: int, start: int, stop: int) -> tuple[Float32, slice]:
+    """Weights (stop - start, w) of some columns of a reduced grid at the w pixels they reach."""
+    place, columns = _places(small, size), np.arange(start, stop)
+    pixels = np.flatnonzero((place > start - 1) & (place < stop))
     touched = slice(int(pixels[0]), int(pixels[-1]) + 1)
-    return touched, inside[touched]
+    weights = np.maximum(1 - abs(place[touched] - columns[:, None]), 0)
+    return np.asarray(weights, np.float32), touched
 
 
 @cache
-def _linear(small: int, size: int) -> Float32:
-    """(size, small) weights of linear interpolation between pixel centres."""
-    place = np.clip((np.arange(size) + 0.5) * (small / size) - 0.5, 0, small - 1)
-    return np.asarray(np.maximum(1 - abs(place[:, None] - np.arange(small)), 0), np.float32)
+def _places(small: int, size: int) -> Float64:
+    """(size,) positions of pixel centres on a reduced side, in its pixels."""
+    return np.clip((np.arange(size) + 0.5) * (small / size) - 0.5, 0, small - 1)

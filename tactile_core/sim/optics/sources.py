@@ -38,7 +38,7 @@ class SourceParameters(NamedTuple):
 
     view_diagonals: float = 1.5
     min_brightness: float = 0.1
-    band_px: int = 32
+    band_px: int = 96
 
 
 SOURCES = SourceParameters()
@@ -123,45 +123,47 @@ class Shining:
 
     Attributes
     ----------
-    sources : tuple of (number, LightSource, level)
-        Index of each light in the rig, the light, and its brightness.
+    sources : tuple of (number, LightSource, level, exposure)
+        Index of each light in the rig, the light, its brightness, and the exposure in which it is
+        on.
     surface : Surface
-    channels : tuple of str
-        Names of the camera's colours. A light that feeds none of them feeds all.
+    colours : tuple of str
+        Names of the K colours of the camera. A light that feeds none of them feeds all.
+    exposures : int
+        Number E of exposures of this state; their light is computed together.
     """
 
-    sources: tuple[tuple[int, LightSource, float], ...]
+    sources: tuple[tuple[int, LightSource, float, int], ...]
     surface: Surface
-    channels: tuple[str, ...]
+    colours: tuple[str, ...]
+    exposures: int = 1
 
     @cached_property
     def shade(self) -> Shade | None:
         """Where the lights are hidden; None without any shadow."""
         if not self.sources:
             return None
-        shadows = [source.shadows for _, source, _ in self.sources]
+        shadows = [source.shadows for _, source, _, _ in self.sources]
         low = self.surface.reduced(shadows[0].size)
         return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:
-        """(S, K) bool: channels that receive each light."""
-        named = [
-            [name in source.led_array.feeds for name in self.channels]
-            for _, source, _ in self.sources
-        ]
-        fed = np.array(named, np.bool_).reshape(len(self.sources), len(self.channels))
-        fed[~fed.any(1)] = True
-        return fed
+        """(S, E K) bool: channels that receive each light, one exposure after the other."""
+        fed = np.zeros((len(self.sources), self.exposures, len(self.colours)), np.bool_)
+        for into, (_, source, _, exposure) in zip(fed, self.sources, strict=True):
+            named = [name in source.led_array.feeds for name in self.colours]
+            into[exposure] = named if any(named) else True
+        return fed.reshape(len(self.sources), self.exposures * len(self.colours))
 
     @property
     def ambient(self) -> Float32:
-        """(K,) ambient light of each channel."""
-        each = np.array([level * source.ambient for _, source, level in self.sources])
+        """(E K,) ambient light of each channel."""
+        each = np.array([level * source.ambient for _, source, level, _ in self.sources])
         return np.asarray(each @ self.fed, np.float32)
 
     def bands(self, glass: Float32 | None = None) -> Iterator[tuple[slice, Float32]]:
-        """Yield bands of rows, and the (K, h, W) light that they send to the camera.
+        """Yield bands of rows, and the (E K, h, W) light that they send to the camera.
 
         Parameters
         ----------
@@ -169,12 +171,13 @@ class Shining:
             Transmission of the lens. Default: 1.
         """
         surface, fed, ambient = self.surface, self.fed, self.ambient
-        for top in range(0, len(surface.relief_mm), SOURCES.band_px):
-            rows = slice(top, top + SOURCES.band_px)
-            normals = surface.normals[:, rows]
+        height = len(surface.relief_mm)
+        for top in range(0, height, SOURCES.band_px):
+            rows = slice(top, min(top + SOURCES.band_px, height))
+            normals = surface.normals(rows)
             sky = 0.5 * normals[2] + 0.5
             light = ambient[:, None, None] * sky
-            for index, ((number, source, level), into) in enumerate(
+            for index, ((number, source, level, _), into) in enumerate(
                 zip(self.sources, fed, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
@@ -185,9 +188,9 @@ class Shining:
                     plane *= np.float32(level)
                 for fed_one in np.flatnonzero(into):
                     light[fed_one] += plane
-            for dimming in (surface.reflectance, glass):
-                if dimming is not None:
-                    light *= dimming[rows]
+            dimming = [part[rows] for part in (surface.reflectance, glass) if part is not None]
+            if dimming:
+                light *= dimming[0] if len(dimming) == 1 else dimming[0] * dimming[1]
             yield rows, light
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from types import ModuleType
 from typing import NamedTuple
 
@@ -33,15 +33,11 @@ class SurfaceParameters(NamedTuple):
     sigmas_per_grain : float, ratio
         Size of the grain over the Gaussian sigma that correlates it.
         Source: chosen by hand; no script derives it.
-    band_px : int, px
-        Rows whose normals are computed at once; their buffers fit into the processor's cache.
-        Source: chosen by hand; no script derives it.
     """
 
     margin: float = 0.1
     min_shadow_relief_mm: float = 0.01
     sigmas_per_grain: float = 2
-    band_px: int = 32
 
 
 SURFACE = SurfaceParameters()
@@ -86,25 +82,23 @@ class Surface:
             self._reduced[size] = _averaged(height, size) if casts else None
         return self._reduced[size]
 
-    @cached_property
-    def normals(self) -> Float32:
-        """(3, H, W) unit normals, the third component towards the camera."""
-        normals = np.empty((3, *self.relief_mm.shape), np.float32)
-        for top in range(0, len(self.relief_mm), SURFACE.band_px):
-            rows = slice(top, top + SURFACE.band_px)
-            x, y, up = normals[:, rows]
-            _write_slopes(self.relief_mm, self.mm_per_px, top, x, y)
-            if self.rest_slopes is not None:
-                x += self.rest_slopes[0, rows]
-                y += self.rest_slopes[1, rows]
-            np.multiply(x, x, out=up)
-            cv2.accumulateSquare(y, up)
-            up += 1
-            cv2.sqrt(up, dst=up)
-            cv2.divide(-1.0, up, dst=up)
-            x *= up
-            y *= up
-            np.negative(up, out=up)
+    def normals(self, rows: slice) -> Float32:
+        """(3, h, W) unit normals of a band of rows, the third component towards the camera."""
+        band = self.relief_mm[rows]
+        normals = np.empty((3, *band.shape), np.float32)
+        x, y, up = normals
+        _write_slopes(self.relief_mm, self.mm_per_px, rows.start, x, y)
+        if self.rest_slopes is not None:
+            x += self.rest_slopes[0, rows]
+            y += self.rest_slopes[1, rows]
+        np.multiply(x, x, out=up)
+        cv2.accumulateSquare(y, up)
+        up += 1
+        cv2.sqrt(up, dst=up)
+        cv2.divide(-1.0, up, dst=up)
+        x *= up
+        y *= up
+        np.negative(up, out=up)
         return normals
 
 
@@ -156,6 +150,8 @@ class Membrane:
             _plane(self._textures, number)[:] = texture
         (rows, columns), m = self._shape, self._margin
         self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
+        # columns and rows of the textures at the pixels
+        self._places = np.indices(self._shape, np.float32)[::-1] + np.float32(m)
 
     def state(
         self,
@@ -195,15 +191,14 @@ class Membrane:
 
     def _moved(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
-        rows, columns = self._shape
-        m = self._margin
         if displacement_mm is None:
             return self._at_rest
-        px = np.float32(-1 / self._mm_per_px)
-        x = displacement_mm[..., 0] * px
-        y = displacement_mm[..., 1] * px
-        x += np.arange(columns, dtype=np.float32) + m
-        y += (np.arange(rows, dtype=np.float32) + m)[:, None]
+        px = -1 / self._mm_per_px
+        # one pass each, whatever the layout of the displacement
+        x, y = (
+            cv2.scaleAdd(np.ascontiguousarray(displacement_mm[..., axis]), px, self._places[axis])
+            for axis in range(2)
+        )
         moved = np.empty_like(self._at_rest)
         for texture, out in zip(self._textures, moved, strict=True):
             cv2.remap(texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101)
@@ -217,20 +212,17 @@ def _plane(textures: Float32, number: int) -> Float32:
 
 def _averaged(values: Float32, size: tuple[int, int]) -> Float32:
     """Means over the pixels of a coarser grid of this many columns and rows."""
-    rows, columns = values.shape
-    down, _ = _means(rows, size[1])
-    _, across = _means(columns, size[0])
-    return np.asarray(down.times(values) @ across)
+    down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
+    return across.times(down.times(values).T).T
 
 
 @cache
-def _means(pixels: int, parts: int) -> tuple[BandedMatrix, Float32]:
-    """Matrix (parts, pixels) that averages over equal parts of a side, and its transpose."""
+def _means(pixels: int, parts: int) -> BandedMatrix:
+    """Matrix (parts, pixels) that averages over equal parts of a side."""
     edges = np.arange(parts + 1) * (pixels / parts)
     left = np.arange(pixels)
     covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
-    means = np.maximum(covered, 0) * (parts / pixels)
-    return BandedMatrix.of(means), np.ascontiguousarray(means.T, np.float32)
+    return BandedMatrix.of(np.maximum(covered, 0) * (parts / pixels))
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from support.virtual_rigs import QUIET, level, rig
 
 from tactile_core.errors import InputError
-from tactile_core.sim.optics import Faults, RigOptics
+from tactile_core.sim.optics import Faults, RigOptics, camera
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 
 WELL_E = 5000.0
@@ -32,9 +32,27 @@ def test_noise_without_light_is_read_noise() -> None:
     assert spread(0.01, full_well_e=1e6, read_noise_e=1000.0) == pytest.approx(1e-3, rel=0.02)
 
 
+@pytest.mark.parametrize(("gamma", "bits"), [(1.0, 8), (1.0, 12), (2.2, 8), (2.2, 16)])
+@pytest.mark.parametrize("looks_up", [True, False])
+def test_noise_may_be_in_steps(
+    gamma: float, bits: int, looks_up: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(camera, "_LOOKS_UP_16_BITS", looks_up and camera._LOOKS_UP_16_BITS)
+    one = chip(gamma=gamma, bit_depth=bits, read_noise_e=10.0)
+    rng = np.random.default_rng(2)
+    light = rng.uniform(0, 1.1, (3, 20, 30)).astype(np.float32)
+    steps = rng.integers(-127, 128, light.shape, np.int8)
+    pixels = one.read_out(light, steps, -1 / 32)
+    same = one.read_out(light, steps.astype(np.float32) / -32)
+    assert pixels.shape == light.shape
+    assert pixels.max() == one.table[-1] == 2**bits - 1
+    assert (np.abs(pixels.astype(int) - same) <= 1).all()
+
+
 @pytest.mark.parametrize("from_table", [True, False])
 def test_noise_is_normal_although_it_is_rounded(from_table: bool) -> None:
-    numbers = Noise(400_000, 3, from_table=from_table).of(5, 0).values.astype(float)
+    steps, scale = Noise(400_000, 3, from_table=from_table).of(5, 0)
+    numbers = steps * scale
     assert numbers.mean() == pytest.approx(0, abs=0.01)
     assert numbers.std() == pytest.approx(1, abs=0.005)
     assert (numbers**4).mean() == pytest.approx(3, abs=0.05)

@@ -114,5 +114,4 @@ def copy_complete(path: Path, fresh: Path) -> int:
 
 def _loaded(name: str) -> Any:
     module, _, attribute = name.partition(":")
-    loaded: type = getattr(import_module(module), attribute)
-    return loaded
+    return getattr(import_module(module), attribute)

@@ -12,8 +12,8 @@ from tactile_core.quantities import Frame, Pixels
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
 
-def check_size(pixels: Pixels, what: str, profile: Profile) -> None:
-    """Refuse pixels that are not (H, W, K) intensities of the profile's size.
+def check_pixels(pixels: Pixels, what: str, profile: Profile, bundle: Bundle | None) -> None:
+    """Refuse pixels that are not (H, W, K) intensities of the profile's size and the bundle's K.
 
     Parameters
     ----------
@@ -21,6 +21,7 @@ def check_size(pixels: Pixels, what: str, profile: Profile) -> None:
     what : str
         Their name in messages, such as "frame".
     profile : Profile
+    bundle : Bundle, optional
 
     Raises
     ------
@@ -37,16 +38,7 @@ def check_size(pixels: Pixels, what: str, profile: Profile) -> None:
             f"the {what} is {shape[1]} × {shape[0]}, but the profile {profile.name!r} "
             f"specifies {image.width_px} × {image.height_px}; correct 'image' in the profile"
         )
-
-
-def check_channels(pixels: Pixels, what: str, bundle: Bundle) -> None:
-    """Refuse (H, W, K) pixels that have another number of channels than the bundle.
-
-    Raises
-    ------
-    InputError
-    """
-    channels = len(bundle.manifest.channels)
+    channels = pixels.shape[2] if bundle is None else len(bundle.manifest.channels)
     if pixels.shape[2] != channels:
         raise InputError(
             f"the {what} has {pixels.shape[2]} channels, but the bundle was made for "

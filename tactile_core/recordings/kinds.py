@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tactile_core.errors import InputError
 
@@ -15,18 +15,27 @@ if TYPE_CHECKING:
 
 
 class _Kind(NamedTuple):
-    """Writer and reader of a format, each as ``module:class``."""
+    """Writer and reader of a format, and the function of its recovery, as ``module:name``."""
 
     writer: str
     file: str
+    recovery: str = ""
 
 
 _ROOM = "tactile_core.recordings"
 _FOLDER = _Kind(f"{_ROOM}.folder.writer:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
 _KINDS = MappingProxyType(
     {
-        ".mcap": _Kind(f"{_ROOM}.mcap.writer:McapWriter", f"{_ROOM}.mcap.file:McapFile"),
-        ".h5": _Kind(f"{_ROOM}.hdf5.writer:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
+        ".mcap": _Kind(
+            f"{_ROOM}.mcap.writer:McapWriter",
+            f"{_ROOM}.mcap.file:McapFile",
+            f"{_ROOM}.mcap.recovery:copy_messages",
+        ),
+        ".h5": _Kind(
+            f"{_ROOM}.hdf5.writer:Hdf5Writer",
+            f"{_ROOM}.hdf5.file:Hdf5File",
+            f"{_ROOM}.hdf5.recovery:copy_rows",
+        ),
     }
 )
 
@@ -79,7 +88,30 @@ def recording_file(path: Path) -> RecordingFile:
     return file
 
 
-def _loaded(name: str) -> type:
+def copy_complete(path: Path, fresh: Path) -> int:
+    """Write everything that is complete in an interrupted file to a new one.
+
+    Parameters
+    ----------
+    path, fresh : Path
+        Of one format, which is not a folder.
+
+    Returns
+    -------
+    int
+        Of MCAP: the messages. Of HDF5: images, events and readings.
+
+    Raises
+    ------
+    InputError
+        The file is no recording, or damaged.
+    OSError
+        The disk is full or not writable.
+    """
+    count: int = _loaded(_KINDS[path.suffix.lower()].recovery)(path, fresh)
+    return count
+
+
+def _loaded(name: str) -> Any:
     module, _, attribute = name.partition(":")
-    loaded: type = getattr(import_module(module), attribute)
-    return loaded
+    return getattr(import_module(module), attribute)

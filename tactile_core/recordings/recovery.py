@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from tactile_core.errors import InputError
 from tactile_core.formats.unfinished import temporary_path
-from tactile_core.recordings.kinds import is_recorded, recording_file
+from tactile_core.recordings.kinds import copy_complete, is_recorded, recording_file
 from tactile_core.recordings.recording_file import ImageEntry
 
 
@@ -61,19 +61,8 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
         raise InputError(f"{path} has no complete image; record again")
     fresh = temporary_path(out)
     try:
-        messages = _copied(path, fresh)
+        messages = copy_complete(path, fresh)
         fresh.rename(out)
     finally:
         fresh.unlink(missing_ok=True)
     return Recovered(out, images, messages)
-
-
-def _copied(path: Path, fresh: Path) -> int:
-    """Write what is complete to a new file; return how much it was."""
-    if path.suffix.lower() == ".h5":
-        from tactile_core.recordings.hdf5.recovery import copy_complete
-
-        return copy_complete(path, fresh)
-    from tactile_core.recordings.mcap.recovery import copy_complete
-
-    return copy_complete(path, fresh)

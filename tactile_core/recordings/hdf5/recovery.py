@@ -25,25 +25,8 @@ _BLOCK_BYTES = 1 << 24
 """Rows that are copied at once, bytes."""
 
 
-def copy_complete(path: Path, fresh: Path) -> int:
-    """Copy all complete images, events and readings of an interrupted file.
-
-    Parameters
-    ----------
-    path, fresh : Path
-
-    Returns
-    -------
-    int
-        Images, events and readings.
-
-    Raises
-    ------
-    InputError
-        The file is no recording.
-    OSError
-        The disk is full or not writable.
-    """
+def copy_rows(path: Path, fresh: Path) -> int:
+    """Copy all complete images, events and readings; return their number."""
     with Hdf5File(path) as file:
         with closing(GrowingFile(fresh)) as new:
             new.reserve([SESSION, REFERENCES, IMAGES, READINGS, ROWS], {})

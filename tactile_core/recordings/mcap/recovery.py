@@ -18,25 +18,8 @@ from tactile_core.recordings.mcap.records import (
 from tactile_core.recordings.mcap.topics import PROFILE, mcap_library
 
 
-def copy_complete(path: Path, fresh: Path) -> int:
-    """Copy every complete message of an interrupted file.
-
-    Parameters
-    ----------
-    path, fresh : Path
-
-    Returns
-    -------
-    int
-        Messages.
-
-    Raises
-    ------
-    InputError
-        The file is no MCAP file, or damaged.
-    OSError
-        The disk is full or not writable.
-    """
+def copy_messages(path: Path, fresh: Path) -> int:
+    """Copy every complete message; return their number."""
     library = mcap_library("mcap.writer")
     records = McapRecords(path)
     try:

@@ -1,0 +1,207 @@
+"""The parts of a pipeline, as a profile, a bundle and a reference determine them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from tactile_core.acquisition.assembly import lights_of
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.pipeline.chain import Chain
+from tactile_core.pipeline.frame_check import check_pixels
+from tactile_core.pipeline.notes import left_out_notes
+from tactile_core.pipeline.playback import make_lights
+from tactile_core.pipeline.profile_steps import chain_of, made_steps
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
+from tactile_core.plugins.returned import measured_by, reference_gradients
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import (
+    Float32,
+    Frame,
+    Gradients,
+    HeightMap,
+    MarkerDetections,
+    Quantity,
+    Reference,
+    ReferenceGradients,
+)
+
+
+@dataclass(frozen=True)
+class PipelineParts:
+    """What turns a frame into a reading, made of a profile, a bundle and a reference.
+
+    Attributes
+    ----------
+    profile : Profile
+    bundle : Bundle or None
+    compiled : bool
+        Whether steps and calibration use compiled loops.
+    calibration : Calibration or None
+        The light model of the bundle, or that of the lights as the profile gives them.
+    conditioning : Conditioning
+    reference : Reference or None
+        Conditioned, with its markers.
+    chain : Chain
+    notes : tuple of str
+        What is unusual about them.
+    """
+
+    profile: Profile
+    bundle: Bundle | None
+    compiled: bool
+    calibration: Calibration | None
+    conditioning: Conditioning
+    reference: Reference | None
+    chain: Chain
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        profile: Profile,
+        bundle: Bundle | None,
+        reference: Reference | None,
+        compiled: bool,
+    ) -> PipelineParts:
+        """Make the parts; the arguments are those of a :class:`Pipeline`.
+
+        Raises
+        ------
+        PluginError, CalibrationError, InputError
+            As a :class:`Pipeline` raises them.
+        """
+        notes: list[str] = []
+        if bundle is not None and reference is None:
+            reference = bundle.reference
+        calibration = _prepared_calibration(profile, bundle, compiled)
+        if calibration is not None and not _has_light_model(bundle):
+            notes.append("no bundle: slopes come from the lights as the profile gives them")
+        if reference is not None:
+            check_pixels(reference.pixels, "reference", profile, bundle)
+        conditioning = Conditioning.of(
+            profile,
+            reference,
+            compensates=calibration is None or calibration.compensation == "channel",
+            known=None if bundle is None else bundle.reference,
+            compiled=compiled,
+        )
+        chain, markless = _chain(profile, conditioning, compiled)
+        completed = _with_detections(conditioning.reference, chain, profile)
+        parts = cls(profile, bundle, compiled, calibration, conditioning, completed, chain, ())
+        finder = conditioning.finder
+        if finder is not None and completed is not None:
+            miscounted = finder.miscounted(completed)
+            notes += [miscounted] if miscounted else []
+        if markless:
+            notes.append(
+                f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
+            )
+        notes += left_out_notes(parts._left_out(), bundled=_has_light_model(bundle))
+        return replace(parts, notes=tuple(notes))
+
+    @property
+    def measures(self) -> bool:
+        """Whether a frame alone gives slopes or heights."""
+        uncalibrated = not _has_light_model(self.bundle)
+        return self.calibration is not None and (self.reference is not None or uncalibrated)
+
+    def measured(self, frame: Frame) -> Gradients | HeightMap:
+        """Measure the slopes or heights of a conditioned frame, if there is a calibration."""
+        assert self.calibration is not None
+        reference = self.reference
+        if reference is None:
+            even = np.full(frame.pixels.shape, frame.full_scale, np.float32)
+            reference = Reference(even, frame.channels, frame.full_scale)
+        measured = measured_by(self.calibration, frame, reference)
+        if isinstance(measured, Gradients):
+            errors = None if self.bundle is None else self.bundle.errors
+            return measured if errors is None else errors.added_to(measured)
+        if measured.rest_mm is None:
+            # a light model has no access to the shape of the gel
+            return replace(measured, rest_mm=self._rest_mm)
+        return measured
+
+    @cached_property
+    def reference_gradients(self) -> ReferenceGradients | None:
+        """The slopes that the calibration measures on the reference; None if no step takes them."""
+        taken = any(ReferenceGradients in step.takes for step in self.chain.steps)
+        if self.calibration is None or self.reference is None or not taken:
+            return None
+        # its markers are found like a frame's, so that the reference as a frame has equal slopes
+        shown = replace(self.reference.as_frame(self.profile.image.mm_per_px), marker_mask=None)
+        return reference_gradients(self.calibration, self.conditioning(shown), self.reference)
+
+    @cached_property
+    def fitted(self) -> dict[type[Quantity], Quantity]:
+        """The models of the bundle that steps can take."""
+        artefacts = () if self.bundle is None else self.bundle.artefacts.values()
+        return {type(one): one for one in artefacts if isinstance(one, Quantity)}
+
+    @cached_property
+    def _rest_mm(self) -> Float32 | None:
+        return SensorContext(self.profile.image, self.profile.gel).rest_mm
+
+    def _left_out(self) -> dict[str, type[Quantity]]:
+        """Return the steps that cannot run, each with the missing input that causes it."""
+        given: set[type[Quantity]] = {Frame, *self.chain.external, *self.fitted}
+        if self.reference is not None:
+            given.add(Reference)
+        if self.measures:
+            given |= {Gradients, HeightMap}
+        left_out = self.chain.left_out(given)
+        giver = {kind: step.name for step in self.chain.steps for kind in step.gives}
+        for name, kind in left_out.items():
+            while giver.get(kind) in left_out:
+                kind = left_out[giver[kind]]
+            left_out[name] = kind
+        return left_out
+
+
+def _has_light_model(bundle: Bundle | None) -> bool:
+    """Whether the bundle has a light model; another one holds fitted steps alone."""
+    return bundle is not None and bundle.calibration is not None
+
+
+def _prepared_calibration(
+    profile: Profile, bundle: Bundle | None, compiled: bool
+) -> Calibration | None:
+    found = None if bundle is None else bundle.calibration
+    if found is None:
+        lights = lights_of(make_lights(profile))
+        found = uncalibrated_by(calibrator_of(profile.calibration), lights)
+    if found is None:
+        return None
+    with blame("the calibration", found):
+        return found.prepared(compiled=compiled)
+
+
+def _chain(profile: Profile, conditioning: Conditioning, compiled: bool) -> tuple[Chain, list[str]]:
+    """Return the chain, and the names of the steps left out because the gel has no markers."""
+    gel = profile.gel
+    if conditioning.finder is not None:
+        gel = conditioning.finder.with_markers(gel, profile.image.mm_per_px)
+    return chain_of(profile, made_steps(profile, SensorContext(profile.image, gel, compiled)))
+
+
+def _with_detections(
+    reference: Reference | None, chain: Chain, profile: Profile
+) -> Reference | None:
+    """Add the markers of the undeformed gel, detected by the step that detects a frame's."""
+    step = next((step for step in chain.steps if step.gives == (MarkerDetections,)), None)
+    if reference is None or step is None or reference.detections is not None:
+        return reference
+    shown = reference.as_frame(profile.image.mm_per_px)
+    given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
+    found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
+    with step.blamed():
+        step.estimator.reset()
+    detections = None if found is None else found.by_type[MarkerDetections]
+    assert detections is None or isinstance(detections, MarkerDetections)
+    return replace(reference, detections=detections)

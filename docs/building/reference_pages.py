@@ -85,6 +85,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "circles.press_fit",
             "circles.symmetry",
             "circles.centre",
+            "circles.mixing",
             "circles.profile",
             "circles.shape",
             "circles.border",

@@ -12,6 +12,7 @@ from tactile_core.algorithms.circles import (
     PressImage,
     Start,
     find_circles,
+    finder,
     fit_light,
     locate,
     refine_grid,
@@ -139,6 +140,19 @@ def test_a_held_out_press_is_located_with_the_light_of_the_others(
     left_out, *others = bench.starts(bench.presses())
     found = locate(left_out, fit_light(others, circles[1:]))
     assert np.hypot(*np.subtract(found.centre_px, bench.balls[0].centre_px)) < 0.3
+
+
+def test_a_held_out_press_moves_until_centre_and_contact_agree(
+    bench: Bench, circles: list[Circle], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left_out, *others = bench.starts(bench.presses())
+    light = fit_light(others, circles[1:])
+    found = locate(left_out, light)
+    longer = finder.FINDER._replace(held_out_rounds=20, held_out_settled_px=0.0)
+    monkeypatch.setattr(finder, "FINDER", longer)
+    settled = locate(left_out, light)
+    assert np.hypot(*np.subtract(found.centre_px, settled.centre_px)) < 0.03
+    assert found.contact_radius_px == pytest.approx(settled.contact_radius_px, abs=0.1)
 
 
 def lit(pixels: np.ndarray) -> np.ndarray:

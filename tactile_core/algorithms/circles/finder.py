@@ -8,9 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.circles.centre import CENTRE, FittedCentre
+from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.circles.centre import CENTRE, FittedCentre, fit_centres
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.light import Light, fit, orders_for
+from tactile_core.algorithms.circles.mixing import Mixing
 from tactile_core.algorithms.circles.press_fit import FIT, PressFit, trusted
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
@@ -34,12 +36,18 @@ class FinderParameters(NamedTuple):
     held_out_reaches : tuple of float, ball radii
         Distances within which a held-out press is located, one after the other.
         Source: chosen by hand; no script derives it.
+    held_out_rounds : int, count
+        Most rounds of finding its contact and its centre, each with the other.
+        Source: virtual units (ADR 92), among 1 to 8.
+    held_out_settled_px : float, working px
+        They end when the centre moves less.
+        Source: a tenth of the error of a centre on virtual units (ADR 92).
     contact_rounds : int, count
         How often contacts are found, outliers excluded and the light fitted again.
         Source: chosen by hand; no script derives it.
     alternations : int, count
         Most rounds of fitting light and centres alternately.
-        Source: chosen by hand; no script derives it.
+        Source: virtual units (ADR 92), among 4 to 40.
     most_together : int, count
         Most presses whose circles are fitted together with the light from the start on. More are
         located with that light first.
@@ -65,8 +73,10 @@ class FinderParameters(NamedTuple):
     farthest_move: float = 0.5
     second_reach: float = 0.65
     held_out_reaches: tuple[float, ...] = (0.5, 0.6, 0.8)
+    held_out_rounds: int = 4
+    held_out_settled_px: float = 0.02
     contact_rounds: int = 2
-    alternations: int = 4
+    alternations: int = 8
     most_together: int = 60
     last_rounds: int = 2
     settled_px: float = 0.01
@@ -172,7 +182,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
     orders = orders_for(len(fits))
     light = fit([f.samples() for f in fits.values()], orders, darkens=fades)
     for _ in range(FINDER.spread_rounds):
-        light = _with_spread(light, [f.refit(light) for f in fits.values()])
+        light = _with_spread(light, fit_centres([f.pixels() for f in fits.values()], light))
     return light
 
 
@@ -188,10 +198,19 @@ def _approach(fitted: PressFit, light: Light) -> None:
     """Find centre and contact of one press from its start on, with the light of other presses."""
     for reach in FINDER.held_out_reaches:
         fitted.reach = reach * fitted.ball
-        fitted.move(light)
-    fitted.find_contact(light)
-    fitted.reach = trusted(fitted.border.radius, fitted.ball)
-    fitted.move(light)
+        fitted.move(_step(fitted, light))
+    for _ in range(FINDER.held_out_rounds):
+        fitted.find_contact(light)
+        fitted.reach = trusted(fitted.border.radius, fitted.ball)
+        step = _step(fitted, light)
+        fitted.move(step)
+        if np.hypot(*step) < FINDER.held_out_settled_px:
+            break
+
+
+def _step(fitted: PressFit, light: Light) -> Float64:
+    """Step of the centre of one press with the light of other presses."""
+    return fitted.step(*fit_centres([fitted.pixels()], light))
 
 
 def _alternate(
@@ -203,14 +222,19 @@ def _alternate(
 ) -> Light:
     """Fit the light to the centres and the centres to the light, until they converge."""
     before: Light | None = None
+    mixing = Mixing()
     for _ in range(rounds or FINDER.alternations):
         light = fit([f.samples() for f in fits.values()], orders, darkens=fades, before=before)
         if before is not None:
             light = replace(light, spread=before.spread, residual=before.residual)
-        moved = max([fitted.move(light) for fitted in fits.values()])
-        light = _with_spread(light, [f.fitted for f in fits.values() if f.fitted is not None])
+        centres = np.array([fitted.centre for fitted in fits.values()])
+        found = fit_centres([fitted.pixels() for fitted in fits.values()], light)
+        steps = np.array([f.step(new) for f, new in zip(fits.values(), found, strict=True)])
+        for fitted, step in zip(fits.values(), mixing.mixed(centres, steps), strict=True):
+            fitted.move(step)
+        light = _with_spread(light, found)
         before = light
-        if moved < FINDER.settled_px:
+        if np.hypot(*steps.T).max() < FINDER.settled_px:
             break
     return light
 

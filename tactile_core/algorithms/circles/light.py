@@ -247,11 +247,12 @@ def fit(
         coefficients, rounds = before.coefficients.copy(), LIGHT.rounds_again
         predicted = coefficients.T.astype(np.float32) @ products
         residual, weight = _cauchy(residuals(predicted, change, precision, saturated))
+    weighted = np.empty_like(products)
     for _ in range(rounds):
         for k in range(len(change)):
             out = saturated[k] & (predicted[k] >= change[k])
             root = np.sqrt(weight * precision[k] * ~out)
-            weighted = products * root
+            np.multiply(products, root, out=weighted)
             normal_matrix = (weighted @ weighted.T).astype(np.float64) + penalty
             coefficients[:, k] = np.linalg.solve(normal_matrix, weighted @ (root * change[k]))
         predicted = coefficients.T.astype(np.float32) @ products

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.border import NO_BORDER, Border, find_border
-from tactile_core.algorithms.circles.centre import FittedCentre, fit_centre
+from tactile_core.algorithms.circles.centre import BallPixels, FittedCentre
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.light import LIGHT, Light, Samples, samples_on
 from tactile_core.algorithms.circles.press import disc
@@ -39,13 +39,6 @@ class FitParameters(NamedTuple):
     largest_shift : float, ball radii
         Upper bound of the move of a centre in one round.
         Source: chosen by hand; no script derives it.
-    newton_rounds : int, count
-        Most Gauss–Newton steps of a centre per round; the next round continues.
-        Source: chosen by hand; no script derives it.
-    relaxation : float, ratio
-        Move of a centre over its step. The light follows the centres, so that alternating takes
-        too short steps.
-        Source: virtual units (ADR 89), among 1 to 1.8.
     redrawn_px : float, working px
         The pixels of a fit are drawn again when its centre has moved this far.
         Source: chosen by hand; no script derives it.
@@ -76,8 +69,6 @@ class FitParameters(NamedTuple):
     contact_share: float = 0.95
     largest_reach: float = 0.9
     largest_shift: float = 0.25
-    newton_rounds: int = 1
-    relaxation: float = 1.4
     redrawn_px: float = 1.0
     shape_margin: float = 0.15
     most_pixels: int = 800
@@ -92,10 +83,11 @@ FIT = FitParameters()
 
 
 class _Draw(NamedTuple):
-    """Pixels that were drawn around a centre."""
+    """Pixels that were drawn around a centre, with the normals of a ball at another."""
 
     centre: Float64
     reach: float
+    ball_at: Float64
     samples: Samples
 
 
@@ -126,42 +118,41 @@ class PressFit:
         """Pixels to fit the light and the centre to."""
         return self._drawn("light", self.reach, LIGHT.most_pixels)
 
-    def refit(self, light: Light) -> FittedCentre:
-        """Fit the centre to a light, without moving."""
+    def pixels(self) -> BallPixels:
+        """Pixels to fit the centre to."""
         shape, samples = self.border.shape, None
         if shape is not BALL:
             # Around a contact the slope changes most, which determines the centre best.
             reach = self.border.radius + FIT.shape_margin * self.ball
             samples = self._drawn("centre", reach, FIT.most_pixels)
-        return fit_centre(
-            samples or self.samples(),
-            light,
-            self.centre,
-            self.ball,
-            shape,
-            self.sighting.change.grain_px2,
-            FIT.newton_rounds,
-        )
+        grain_px2 = self.sighting.change.grain_px2
+        return BallPixels(samples or self.samples(), self.centre, self.ball, shape, grain_px2)
 
     def _drawn(self, use: str, reach: float, most: int) -> Samples:
         """Draw pixels, or return those that were drawn for nearly this centre."""
         drawn = self._draws.get(use)
-        if drawn is not None and drawn.reach == reach:
-            off = drawn.centre - self.centre
-            if max(abs(off)) < FIT.redrawn_px:
-                return drawn.samples.about(self.centre, self.ball)
-        samples = samples_on(self.sighting.change, self.centre, reach, self.ball, most)
-        self._draws[use] = _Draw(self.centre, reach, samples)
-        return samples
+        if (
+            drawn is None
+            or drawn.reach != reach
+            or max(abs(drawn.centre - self.centre)) >= FIT.redrawn_px
+        ):
+            samples = samples_on(self.sighting.change, self.centre, reach, self.ball, most)
+            drawn = _Draw(self.centre, reach, self.centre, samples)
+        elif drawn.ball_at is not self.centre:
+            samples = drawn.samples.about(self.centre, self.ball)
+            drawn = drawn._replace(ball_at=self.centre, samples=samples)
+        self._draws[use] = drawn
+        return drawn.samples
 
-    def move(self, light: Light) -> float:
-        """Move to the fitted centre, and return the distance before it is bounded."""
-        self.fitted = self.refit(light)
-        step = self.fitted.at - self.centre
-        length = float(np.hypot(*step))
-        shift = FIT.largest_shift * self.ball
-        self.centre = self.centre + step * min(FIT.relaxation, shift / max(length, 1e-9))
-        return length
+    def step(self, fitted: FittedCentre) -> Float64:
+        """Keep the fit of the centre, and return its step (2,)."""
+        self.fitted = fitted
+        return fitted.at - self.centre
+
+    def move(self, step: Float64) -> None:
+        """Move the centre by a step, which is bounded."""
+        length = max(float(np.hypot(*step)), 1e-9)
+        self.centre = self.centre + step * min(1.0, FIT.largest_shift * self.ball / length)
 
     def find_contact(self, light: Light, *, last: bool = False) -> None:
         """Update the border of the contact; how certain it is only the last time."""

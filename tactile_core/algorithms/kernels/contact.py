@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 from tactile_core.algorithms.kernels.selection import quantile_of
 from tactile_core.algorithms.kernels.spots import joined_runs
 
@@ -22,7 +22,7 @@ def _steep_row(above: Any, left: Any, right: Any, below: Any, scale: Any, out: A
         out[j] = np.sqrt(along * along + down * down)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _steep_row_to_its_ends(above: Any, row: Any, below: Any, scale: Any, out: Any) -> None:
     """Slopes of a row, whose ends have none along it, because they are mirrored there."""
     out[0], out[-1] = abs(below[0] - above[0]) * scale, abs(below[-1] - above[-1]) * scale
@@ -51,7 +51,7 @@ def _greatest(values: Any) -> Any:
     return most
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _height_noise(coarse: Any, step: int, sigma_per_median: float) -> float:
     """Noise of the height, from a sample of the cells below 0."""
     depth, found = np.empty(coarse.size, np.float32), 0
@@ -63,10 +63,12 @@ def _height_noise(coarse: Any, step: int, sigma_per_median: float) -> float:
     return sigma_per_median * quantile_of(depth[:found], 0.5) if found else 0.0
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _steepest_band(total: Any, count: Any, highest: int) -> int:
     """Band of relative depth in which the mean slope of three bands is largest."""
-    mean = total / np.maximum(count, 1)
+    mean = np.empty(total.size)
+    for k in range(mean.size):
+        mean[k] = total[k] / max(count[k], 1.0)
     best, most = 1, -1.0
     for k in range(1, highest + 1):
         here = mean[k]
@@ -179,7 +181,7 @@ def touched_regions(
     return _without_specks(raised, min_area, border_mm)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _without_specks(touched: Any, min_area: float, border_mm: Any) -> bool:
     """Remove the border of small parts; return whether another part remains."""
     runs, root = joined_runs(touched)
@@ -235,7 +237,7 @@ def _twice(sides: Any, out: Any) -> None:
         out[2 * j + 1] = sides[j] & 1
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _repeated(sides: Any, times: int, out: Any) -> None:
     if times == 2:
         _twice(sides, out)
@@ -260,7 +262,7 @@ def _lowest_beside(lowest: Any, near: Any) -> None:
         near[j] = min(lowest[j + 1], min(lowest[j], lowest[j + 2]))
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _lowest_near(border_mm: Any, i: int, spare: Any, near: Any) -> bool:
     """Lowest border of the 3 × 3 cells around each cell of a row; return whether there is one."""
     above, below = max(i - 1, 0), min(i + 1, len(border_mm) - 1)
@@ -271,7 +273,7 @@ def _lowest_near(border_mm: Any, i: int, spare: Any, near: Any) -> bool:
     return True
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _columns(border_mm: Any) -> tuple[int, int]:
     """First column, and the one after the last, at or next to a border."""
     width = border_mm.shape[1]
@@ -336,7 +338,7 @@ def drawn_contact(cells: Any, border_mm: Any, step_px: int, mask: Any) -> None:
                     _interpolated(cells, i, start + j, step_px, limit[j], mask)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _interpolated(cells: Any, i: int, j: int, step_px: int, limit: Any, mask: Any) -> None:
     """Set the pixels of one cell by bilinear interpolation."""
     height, width = cells.shape

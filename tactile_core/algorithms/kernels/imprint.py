@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
@@ -68,7 +68,7 @@ def halved(pixels: Any, halvings: int, out: Any) -> None:
         _opaque_row(once, rows[i])
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _reflected(index: int, count: int) -> int:
     """Mirror an index outside a line about its last pixel, as OpenCV's filters do."""
     while count > 1 and (index < 0 or index >= count):
@@ -93,12 +93,18 @@ def _separate(warped: Any, weight: Any, a: Any, b: Any, c: Any) -> None:
         c[j] = warped[4 * j + 2] * weight[j]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _mirror_ends(line: Any, reach: int) -> None:
     last = line.size - reach - 1
     for i in range(1, reach + 1):
         line[reach - i] = line[reach + i]
         line[last + i] = line[last - i]
+
+
+@njit(**ROW)
+def _copy(row: Any, out: Any) -> None:
+    for j in range(row.size):
+        out[j] = row[j]
 
 
 @njit(**ROW)
@@ -125,7 +131,7 @@ def _sum_of_four(a: Any, b: Any, c: Any, d: Any, out: Any) -> None:
         out[j] = a[j] + b[j] + c[j] + d[j]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
     """Sum each value and the ``side`` - 1 after it; ``side`` is odd. The last sums are undefined.
 
@@ -136,7 +142,7 @@ def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
     if side % 4 == 3:
         _sum_of_three(row, row[1:], row[2:], out[:count])
     elif side == 1:
-        out[:] = row
+        _copy(row, out)
     step, joined = 4, side % 4
     while step <= side:
         end, part = row.size - step + 1, step // 4
@@ -157,7 +163,7 @@ def _slide(new: Any, old: Any, out: Any) -> None:
         out[j] += new[j] - old[j]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _slide_down(recent: Any, i: int, count: int, reach: int, out: Any) -> None:
     """Sums over 2 reach + 1 of ``count`` rows around row i, from those around the row above."""
     kept = len(recent)
@@ -230,7 +236,7 @@ def pattern_of(
             _seen_row(x[i], y[i], hidden[i], last, weight)
             colours = row[0, reach:], row[1, reach:], row[2, reach:]
             _separate(warped[i].reshape(-1), weight, colours[0], colours[1], colours[2])
-            row[3, reach : reach + width] = weight
+            _copy(weight, row[3, reach:])
             for k in range(4):
                 _mirror_ends(row[k], reach)
             _box_row(row.reshape(-1), 2 * reach + 1, spare, sums[i % kept])
@@ -265,7 +271,9 @@ def energy_moments(pattern: Any) -> tuple[float, float, float, float]:
     """Energy of a pattern (h, K, w), x and y of its centroid, and its squared RMS radius."""
     height, channels, width = pattern.shape
     x0, y0 = (width - 1) / 2, (height - 1) / 2
-    columns = (np.arange(width) - x0).astype(np.float32)
+    columns = np.empty(width, np.float32)
+    for j in range(width):
+        columns[j] = j - x0
     energy = x = y = square = 0.0
     for i in range(height):
         for k in range(channels):
@@ -329,7 +337,7 @@ def _fit_row(
     return xx, xy, yy, xt, yt, tt, xc, yc, tc, cc, mm, cm
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _around(rows: Any, i: int) -> tuple[Any, Any, Any, Any, Any]:
     """The rows above, left of, at, right of and below the inner pixels of a row."""
     return rows[i - 1, 1:-1], rows[i, :-2], rows[i, 1:-1], rows[i, 2:], rows[i + 1, 1:-1]
@@ -360,7 +368,9 @@ def fit_sums(
     # no weight at the ends of the channels, where one is next to another
     weights = np.zeros((channels, width), np.float32)
     columns = np.empty((channels, width), np.float32)
-    columns[:] = (np.arange(width) - centre[0]).astype(np.float32)
+    for j in range(width):
+        for k in range(channels):
+            columns[k, j] = j - centre[0]
     weight, column = weights.reshape(-1)[1:-1], columns.reshape(-1)[1:-1]
     before, now = before.reshape(height, -1), now.reshape(height, -1)
     for i in range(1, height - 1, 2):
@@ -368,10 +378,13 @@ def fit_sums(
         _lowest_product(of_before, (seen_now[i - 1], seen_now[i], seen_now[i + 1]), lowest)
         _lowest(lowest[:-2], lowest[1:-1], lowest[2:], weights[0, 1:-1])
         for k in range(1, channels):
-            weights[k] = weights[0]
+            _copy(weights[0], weights[k])
         row = np.float32(i - centre[1])
         found = _fit_row(_around(before, i), _around(now, i), weight, column, row)
         for k in range(12):
             sums[k] += found[k]
-        sums[12] += channels * weights[0].sum()
+        seen = _ZERO
+        for j in range(width):
+            seen += weights[0, j]
+        sums[12] += channels * seen
     return sums

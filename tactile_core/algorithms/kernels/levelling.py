@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
+
+_TINY = np.finfo(np.float64).tiny
+"""Keeps a divisor from 0."""
 
 
 @njit(**ROW)
@@ -30,42 +33,89 @@ def _energy(gain: Any, residual: Any) -> float:
     return total
 
 
-@njit(**LOOP)
-def _solved(
+@njit(**PART)
+def _gain(weight: Any, modes: Any, gain: Any) -> None:
+    """Approximate inverse of the equations: that of a weight which is the same everywhere."""
+    total = 0.0
+    for i in range(weight.shape[0]):
+        for j in range(weight.shape[1]):
+            total += weight[i, j]
+    mean = total / weight.size
+    for i in range(weight.shape[0]):
+        for j in range(weight.shape[1]):
+            gain[i, j] = 1 / max(mean + modes[i, j], _TINY)
+
+
+@njit(**PART)
+def _multiply(image: Any, weight: Any) -> None:
+    for i in range(image.shape[0]):
+        for j in range(image.shape[1]):
+            image[i, j] *= weight[i, j]
+
+
+@njit(**PART)
+def _add_modes(modes: Any, direction: Any, change: Any) -> float:
+    """Complete the change along a direction; return their product."""
+    product = 0.0
+    for i in range(change.shape[0]):
+        for j in range(change.shape[1]):
+            change[i, j] += modes[i, j] * direction[i, j]
+            product += direction[i, j] * change[i, j]
+    return product
+
+
+@njit(**PART)
+def _add(factor: float, step: Any, to: Any) -> None:
+    for i in range(to.shape[0]):
+        for j in range(to.shape[1]):
+            to[i, j] += factor * step[i, j]
+
+
+@njit(**PART)
+def _turn(gain: Any, residual: Any, share: float, direction: Any) -> None:
+    for i in range(gain.shape[0]):
+        for j in range(gain.shape[1]):
+            direction[i, j] = gain[i, j] * residual[i, j] + share * direction[i, j]
+
+
+@njit(**PART)
+def _solve(
     source: Any,
     weight: Any,
     z: Any,
     transforms: tuple[Any, Any, Any, Any],
     modes: Any,
     limits: tuple[float, int],
-) -> Any:
+    image: Any,
+) -> None:
     """As ``solve_screened``; ``z`` holds the coefficients of the start, then of the result."""
     down, across, down_back, across_back = transforms
-    spare, image, change, residual = np.empty((4, *source.shape))
+    shape = source.shape
+    spare, change, residual = np.empty(shape), np.empty(shape), np.empty(shape)
+    gain, direction = np.empty(shape), z.copy()
     _product(down, source, spare)
     _product(spare, across_back, residual)
-    gain = 1 / np.maximum(weight.mean() + modes, np.finfo(np.float64).tiny)
+    _gain(weight, modes, gain)
     enough = limits[0] ** 2 * _energy(gain, residual)
-    direction, length, energy = z.copy(), 1.0, 0.0
+    length, energy = 1.0, 0.0
     for round_ in range(limits[1] + 1):
         # the first round subtracts what the start explains
         _product(down_back, direction, spare)
         _product(spare, across, image)
-        image *= weight
+        _multiply(image, weight)
         _product(down, image, spare)
         _product(spare, across_back, change)
-        change += modes * direction
+        product = _add_modes(modes, direction, change)
         if round_:
-            length = energy / (direction * change).sum()
-            z += length * direction
-        residual -= length * change
+            length = energy / product
+            _add(length, direction, z)
+        _add(-length, change, residual)
         before, energy = energy, _energy(gain, residual)
         if not energy > enough:
             break
-        direction = gain * residual + (energy / before if round_ else 0.0) * direction
+        _turn(gain, residual, energy / before if round_ else 0.0, direction)
     _product(down_back, z, spare)
     _product(spare, across, image)
-    return image
 
 
 @njit(**LOOP)
@@ -104,19 +154,25 @@ def smooth_error(
     -------
     (h, w) float64
     """
-    error, z = np.zeros((2, *height_mm.shape))
-    weight = np.empty(height_mm.shape)
+    shape = height_mm.shape
+    error, z = np.zeros(shape), np.zeros(shape)
+    weight, source = np.empty(shape), np.empty(shape)
     for _ in range(rounds):
-        scale = max(raised[0] * (height_mm - error).max(), raised[1])
-        for i in range(weight.shape[0]):
-            for j in range(weight.shape[1]):
+        greatest = height_mm[0, 0] - error[0, 0]
+        for i in range(shape[0]):
+            for j in range(shape[1]):
+                greatest = max(greatest, height_mm[i, j] - error[i, j])
+        scale = max(raised[0] * greatest, raised[1])
+        for i in range(shape[0]):
+            for j in range(shape[1]):
                 above = max(height_mm[i, j] - error[i, j], 0.0) / scale
-                weight[i, j] = stiffness * trust[i, j] / (1 + (above * above) ** 2)
-        error = _solved(weight * height_mm, weight + stiffness * held, z, transforms, modes, limits)
+                trusted = stiffness * trust[i, j] / (1 + (above * above) ** 2)
+                source[i, j], weight[i, j] = trusted * height_mm[i, j], trusted + stiffness * held
+        _solve(source, weight, z, transforms, modes, limits, error)
     return error
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _outflow(slope: float, here: int, there: int, rise: Any) -> None:
     if here != there:
         rise[here] += 0.5 * slope
@@ -147,7 +203,7 @@ def rest_area(
         1 where undeformed.
     """
     rows, columns = part.shape
-    rise, sizes, total = np.zeros((3, count))
+    rise, sizes, total = np.zeros(count), np.zeros(count), np.zeros(count)
     for i in range(rows):
         for j in range(columns):
             here = part[i, j]

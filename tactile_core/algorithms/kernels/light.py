@@ -9,6 +9,7 @@ from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, UInt8
 from tactile_core.algorithms.kernels.options import LOOP
+from tactile_core.algorithms.kernels.selection import mode_of
 
 
 @njit(**LOOP)
@@ -67,21 +68,6 @@ def readable_quotients(
 
 
 @njit(**LOOP)
-def _mode(values: Float32) -> Any:
-    ordered = np.sort(values)
-    half = len(ordered) // 2
-    first, shortest = 0, np.float32(np.inf)
-    for i in range(len(ordered) - half):
-        length = ordered[i + half] - ordered[i]
-        if length < shortest:
-            first, shortest = i, length
-    total = 0.0
-    for i in range(first, first + half):
-        total += ordered[i]
-    return total / half
-
-
-@njit(**LOOP)
 def undeformed_gain(
     logs: Float32, rounds: int, noise_log: float, least_weight: float
 ) -> tuple[Any, float]:
@@ -90,12 +76,16 @@ def undeformed_gain(
     The arguments are parameters of :class:`tactile_core.algorithms.drift.DriftParameters`.
     """
     channels, count = logs.shape
-    gain = np.empty(channels)
+    gain, pull, values = np.empty(channels), np.empty(channels), np.empty(count)
     for k in range(channels):
-        gain[k] = _mode(logs[k])
+        for i in range(count):
+            values[i] = logs[k, i]
+        gain[k] = mode_of(values, count // 2, count // 2, True)[0]
     scale = 1 / (2 * channels * noise_log**2)
     for _ in range(rounds):
-        total, pull = 0.0, np.zeros(channels)
+        total = 0.0
+        for k in range(channels):
+            pull[k] = 0.0
         for i in range(count):
             square = 0.0
             for k in range(channels):
@@ -104,7 +94,8 @@ def undeformed_gain(
             total += weight
             for k in range(channels):
                 pull[k] += weight * logs[k, i]
-        gain = pull / max(total, least_weight)
+        for k in range(channels):
+            gain[k] = pull[k] / max(total, least_weight)
     consistent = 0
     for i in range(count):
         largest = 0.0

@@ -8,20 +8,21 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Bool, Float64, UInt8
-from tactile_core.algorithms.kernels.options import LOOP
+from tactile_core.algorithms.kernels.options import LOOP, PART
+from tactile_core.algorithms.kernels.selection import sort
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _quantile(values: Float64, chosen: Bool, share: float) -> float:
     some = values[chosen]
-    some.sort()
+    sort(some)
     return float(some[int(share * len(some))])
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _weighted_median(values: Float64, chosen: Bool) -> float:
     some = values[chosen]
-    some.sort()
+    sort(some)
     half, total = some.sum() / 2, 0.0
     for value in some:
         total += value

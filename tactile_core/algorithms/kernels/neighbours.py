@@ -74,10 +74,16 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
         Index of the detection, or -1.
     """
     count, others = len(expected), len(found)
-    side = max(within.max(), 1e-6)
-    left, top = found[:, 0].min(), found[:, 1].min()
-    columns = min(int((found[:, 0].max() - left) / side) + 1, 1024)
-    rows = min(int((found[:, 1].max() - top) / side) + 1, 1024)
+    side = 1e-6
+    for i in range(count):
+        side = max(side, within[i])
+    left = right = found[0, 0]
+    top = bottom = found[0, 1]
+    for j in range(1, others):
+        left, right = min(left, found[j, 0]), max(right, found[j, 0])
+        top, bottom = min(top, found[j, 1]), max(bottom, found[j, 1])
+    columns = min(int((right - left) / side) + 1, 1024)
+    rows = min(int((bottom - top) / side) + 1, 1024)
     start = np.zeros(rows * columns + 1, np.int64)
     cell = np.empty(others, np.int64)
     for j in range(others):
@@ -91,10 +97,12 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
     for j in range(others):
         order[filled[cell[j]]] = j
         filled[cell[j]] += 1
-    nearest = np.full(count, -1, np.int64)
-    owner = np.full(others, -1, np.int64)
-    shortest = np.full(others, np.inf)
+    nearest, owner = np.empty(count, np.int64), np.empty(others, np.int64)
+    shortest = np.empty(others)
+    for j in range(others):
+        owner[j], shortest[j] = -1, np.inf
     for i in range(count):
+        nearest[i] = -1
         if within[i] < 0:
             continue
         best = np.inf

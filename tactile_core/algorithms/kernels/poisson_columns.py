@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32
-from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
 
 
 @njit(**ROW)
@@ -85,7 +85,7 @@ def _backward(below: Any, pivot: Any, row: Any) -> None:
         row[k] += pivot[k] * below[k]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _centre(low: Any) -> None:
     mean = 0.0
     for i in range(len(low)):
@@ -94,7 +94,7 @@ def _centre(low: Any) -> None:
         low[i, 0] -= mean
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _copy(values: Any, to: Any) -> None:
     for k in range(to.size):
         to[k] = values[k]

@@ -8,27 +8,20 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN
-from tactile_core.algorithms.kernels.options import LOOP
+from tactile_core.algorithms.kernels.options import LOOP, PART
+from tactile_core.algorithms.kernels.selection import median_of, mode_of
 
 _SIGMA_PER_MEDIAN = SIGMA_PER_MEDIAN
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _mode(values: Any, half_width_sigmas: float) -> tuple[float, float]:
-    ordered = np.sort(values)
-    half = (len(ordered) + 1) // 2
-    first, shortest = 0, np.inf
-    for i in range(len(ordered) - half + 1):
-        length = ordered[i + half - 1] - ordered[i]
-        if length < shortest:
-            first, shortest = i, length
-    total = 0.0
-    for i in range(first, first + half):
-        total += ordered[i]
-    return total / half, shortest / half_width_sigmas
+    half = (len(values) + 1) // 2
+    level, length = mode_of(values, half - 1, half, False)
+    return level, length / half_width_sigmas
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _up_to(bound: float, sizes: Any, values: Any) -> Any:
     """Return the values whose sizes are at most ``bound``."""
     kept = np.empty(len(values))
@@ -40,7 +33,7 @@ def _up_to(bound: float, sizes: Any, values: Any) -> Any:
     return kept[:count]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _lower_level(
     flat: Any, calm: Any, apart: float, levels: tuple[float, float, float], biweight_sigmas: float
 ) -> tuple[float, float]:
@@ -53,7 +46,7 @@ def _lower_level(
     return level, min(spread, apart / biweight_sigmas)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _solved(a: Any, b: Any) -> None:
     """Solve 3 × 3 equations with a positive matrix; overwrites b by the solution, and a."""
     for i in range(3):
@@ -68,13 +61,13 @@ def _solved(a: Any, b: Any) -> None:
         b[i] /= a[i, i]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _above(plane: Any, x: Any, y: Any, z: Any, out: Any) -> None:
     for i in range(len(z)):
         out[i] = z[i] - plane[0] - x[i] * plane[1] - y[i] * plane[2]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _robust_plane(
     x: Any,
     y: Any,
@@ -87,19 +80,19 @@ def _robust_plane(
     """Tukey's biweight regression of the calm samples; updates ``plane``."""
     rounds, biweight_sigmas, least_sigma, ridge = regression
     count = len(z)
-    residual = np.empty(count)
-    near = np.empty(count)
-    term = np.ones(3)
+    residual, near, term = np.empty(count), np.empty(count), np.empty(3)
+    normal, pull = np.empty((3, 3)), np.empty(3)
+    term[0] = 1.0
     samples = 0
     for i in range(count):
         samples += calm[i]
     _above(plane, x, y, z, residual)
     for _ in range(rounds):
-        normal = np.zeros((3, 3))
-        pull = np.zeros(3)
         bound = biweight_sigmas * max(sigma, least_sigma)
         for a in range(3):
-            normal[a, a] = ridge * samples
+            pull[a] = 0.0
+            for b in range(3):
+                normal[a, b] = ridge * samples if a == b else 0.0
         for i in range(count):
             near[i] = abs(residual[i]) / bound if calm[i] else np.inf
             if near[i] < 1:
@@ -115,11 +108,11 @@ def _robust_plane(
         _above(plane, x, y, z, residual)
         for i in range(count):
             residual[i] = abs(residual[i])
-        sigma = _SIGMA_PER_MEDIAN * np.median(_up_to(np.nextafter(1.0, 0.0), near, residual))
+        sigma = _SIGMA_PER_MEDIAN * median_of(_up_to(np.nextafter(1.0, 0.0), near, residual))
         _above(plane, x, y, z, residual)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _samples(image: Any, step: int, out: Any) -> None:
     at = 0
     for i in range(step // 2, image.shape[0], step):
@@ -164,13 +157,13 @@ def rest_plane(
     rows, columns = height_mm.shape
     across = (columns - step // 2 + step - 1) // step
     count = across * ((rows - step // 2 + step - 1) // step)
-    x, y, z, p, q, size = np.empty((6, count))
+    x, y, z = np.empty(count), np.empty(count), np.empty(count)
+    p, q, size = np.empty(count), np.empty(count), np.empty(count)
     _samples(height_mm, step, z)
     _samples(gx, step, p)
     _samples(gy, step, q)
-    tilt_x, tilt_y = np.median(p), np.median(q)
-    calm = np.zeros(count, np.bool_)
-    calm_count = 0
+    tilt_x, tilt_y = median_of(p.copy()), median_of(q.copy())
+    calm, calm_count = np.empty(count, np.bool_), 0
     for i in range(count):
         x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
         y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
@@ -180,14 +173,21 @@ def rest_plane(
     if calm_count < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
         for i in range(count):
             size[i] = np.hypot(p[i], q[i])
-        return _mode(_up_to(np.median(size), size, z), levels[2])[0], 0.0, 0.0
+        return _mode(_up_to(median_of(size.copy()), size, z), levels[2])[0], 0.0, 0.0
     levelled = np.empty(count)
-    plane = np.zeros(3)
-    plane[1], plane[2] = tilt_x, tilt_y
+    plane = np.empty(3)
+    plane[0], plane[1], plane[2] = 0.0, tilt_x, tilt_y
     _above(plane, x, y, z, levelled)
-    flat = _up_to(np.median(size), size, levelled)
-    apart = levels[0] * (levelled.max() - levelled.min())
-    level, spread = _lower_level(flat, levelled[calm], apart, levels, regression[1])
+    flat = _up_to(median_of(size.copy()), size, levelled)
+    of_calm, kept = np.empty(calm_count), 0
+    least = most = levelled[0]
+    for i in range(count):
+        least, most = min(least, levelled[i]), max(most, levelled[i])
+        if calm[i]:
+            of_calm[kept] = levelled[i]
+            kept += 1
+    apart = levels[0] * (most - least)
+    level, spread = _lower_level(flat, of_calm, apart, levels, regression[1])
     plane[0] = level
     _robust_plane(x, y, z, calm, plane, spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:

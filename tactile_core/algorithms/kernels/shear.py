@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
 from tactile_core.algorithms.kernels.selection import quantile_of
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _length(x: Any, y: Any) -> Any:
     x, y = np.float64(x), np.float64(y)
     return np.float32(np.sqrt(x * x + y * y))
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _write_far(moved: Any, power: int, out: Any) -> None:
     """Weights that favour large displacements, as ``stick_region.far_weights``."""
     most = np.float32(1e-9)
@@ -34,14 +34,14 @@ def _write_far(moved: Any, power: int, out: Any) -> None:
         out[k] = product + np.float32(1e-6)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _mirrored(index: int, count: int) -> int:
     if index < 0:
         return min(1, count - 1)
     return max(count - 2, 0) if index >= count else index
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _strain(moved: Any, i: int, j: int, scale: Any) -> Any:
     """Norm of the strain tensor at a grid point, with slopes smoothed as by Sobel's operator."""
     height, width = moved.shape[:2]
@@ -59,7 +59,7 @@ def _strain(moved: Any, i: int, j: int, scale: Any) -> Any:
     return np.sqrt(xx * xx + yy * yy + np.float32(0.5) * shear * shear)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _entropy(moved: Any, mask: Any, bin_mm: Any) -> float:
     """Entropy of the length of the displacement in a mask, in bits."""
     bins, found, most = np.empty(mask.size, np.int64), 0, 0
@@ -111,7 +111,7 @@ def calm_and_entropy(
         Of :func:`tactile_core.algorithms.slip.stick_region.calm_weights`.
     entropy_bits : float
     """
-    weights, strains = np.empty((2, chosen.size), np.float32)
+    weights, strains = np.empty(chosen.size, np.float32), np.empty(chosen.size, np.float32)
     scale, most = np.float32(0.125) * per_point, np.float32(1e-9)
     for k in range(chosen.size):
         i, j = chosen[k] // mask.shape[1], chosen[k] % mask.shape[1]
@@ -144,7 +144,7 @@ def _weighted(
     return total, at_x, at_y, to_x, to_y, square, torque
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _rigid(sums: Any, max_sine: float) -> tuple[float, float, float, float]:
     """Shift of the centroid, x and y, and displacement per mm of distance from it, x and y."""
     total = sums[0]
@@ -175,7 +175,7 @@ def _reweighted(lag: Any, scale: Any, weight: Any) -> None:
         weight[k] = 1 / (root * root)
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _rms(motion: tuple[float, float, float, float], square: float) -> Any:
     shift_x, shift_y, cosine, sine = motion
     return np.sqrt(shift_x**2 + shift_y**2 + (cosine**2 + sine**2) * square)

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, UInt8
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 
 
 @njit(**EXACT_ROW)
@@ -165,7 +165,7 @@ def _add(row: Any, total: Any) -> None:
         total[j] += row[j]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _block_means(total: Any, channels: int, rows: int, means: Any) -> None:
     count = total.size // means.size
     for j in range(means.size // channels):

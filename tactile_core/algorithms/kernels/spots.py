@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float64, UInt8
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
 
 
 @njit(**EXACT_ROW)
@@ -22,7 +22,7 @@ def _brightest(row: UInt8) -> Any:
     return most
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _root(parent: Any, run: int) -> int:
     while parent[run] != run:
         parent[run] = parent[parent[run]]
@@ -30,7 +30,7 @@ def _root(parent: Any, run: int) -> int:
     return run
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _runs(dark: UInt8, runs: Any, parent: Any) -> int:
     """Find runs (row, first, end) of dark pixels and join those that touch; return their number."""
     count, before, above = 0, 0, -2
@@ -86,7 +86,7 @@ def joined_runs(dark: UInt8) -> tuple[Any, Any]:
     return runs[:count], parent[:count]
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _numbers(runs: Any, parent: Any, count: int, columns: int) -> tuple[Any, int]:
     """Number the spots from 1 on in the order of their first blocks; return each run's number."""
     numbers = np.zeros(count, np.int32)
@@ -115,7 +115,7 @@ def _numbers(runs: Any, parent: Any, count: int, columns: int) -> tuple[Any, int
     return numbers, spots
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _moments(labels: Any, weight: UInt8, label: int, box: Any, sums: Float64) -> None:
     left, top, right, bottom = box
     for y in range(top, bottom):
@@ -136,7 +136,7 @@ def _moments(labels: Any, weight: UInt8, label: int, box: Any, sums: Float64) ->
         sums[5] += total * y * y
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _painted(dark: UInt8, rim: int, labels: Any) -> tuple[Any, Any]:
     """Number spots and their rims in ``labels``; return their boxes and the borders they touch."""
     rows, columns = dark.shape
@@ -209,7 +209,8 @@ def measured_spots(
         orientation[kept] = np.arctan2(2 * xy, xx - yy) / 2
         sigma[kept, 0] = np.sqrt(mean + half_difference)
         sigma[kept, 1] = np.sqrt(max(mean - half_difference, pixel_variance))
-        truncated[kept] = truncated[k]
+        for side in range(4):
+            truncated[kept, side] = truncated[k, side]
         kept += 1
     return (
         mass[:kept],

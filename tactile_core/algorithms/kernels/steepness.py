@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
 from tactile_core.algorithms.kernels.selection import quantile_of
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _place(pixel: int, step_px: int, count: int) -> tuple[int, int, Any]:
     """Cells before and after a pixel, and the weight of the second."""
     at = (pixel + 0.5) / step_px - 0.5
@@ -26,7 +26,7 @@ def _mixed(row: Any, other: Any, weight: Any, out: Any) -> None:
         out[j] = row[j] + (other[j] - row[j]) * weight
 
 
-@njit(**LOOP)
+@njit(**PART)
 def _sample(cells: Any, step_px: int, stride: int, heights: Any) -> None:
     """Interpolate the cells in the middle of each block of pixels."""
     rows, columns = cells.shape

@@ -35,7 +35,7 @@ def test_spot_pixels_are_the_same_bytes(
 
 
 def test_thresholds_are_rounded_alike() -> None:
-    # markers of a pixel are neither smoothed nor opened; next to each contrast is its peak, and 0 around
+    # markers of a pixel are neither smoothed nor opened; each contrast has its peak on the left
     peak, contrast = np.tril_indices(256)
     pairs = np.stack([peak, contrast, np.zeros_like(peak), np.zeros_like(peak)], axis=1)
     image = np.zeros((3 * 257, 512), np.uint8)

@@ -25,7 +25,8 @@ def nodes(shape: tuple[int, ...]) -> NDArray[np.float32]:
 def struck(points: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Rasterise points (N, 2), some perhaps outside: (h, w), 1 at their pixels and 0 elsewhere."""
     image = np.zeros(shape, np.uint8)
-    at = np.rint(points).astype(np.intp)
-    columns, rows = at[((at >= 0) & (at < shape[::-1])).all(axis=1)].T
-    image[rows, columns] = 1
+    columns, rows = np.rint(points.T).astype(np.intp)
+    # a negative place is large without its sign
+    inside = (columns.view(np.uintp) < shape[1]) & (rows.view(np.uintp) < shape[0])
+    image.ravel()[(rows * shape[1] + columns)[inside]] = 1
     return image

@@ -106,7 +106,7 @@ class Kriging:
         -------
         (N, J) float64
         """
-        if seen.all():
+        if np.count_nonzero(seen) == len(seen):
             return values
         unseen = np.flatnonzero(~seen)
         completed = np.where(seen[:, None], values, 0.0)

@@ -142,7 +142,8 @@ class MarkedSurface:
             range_mm=SURFACE.range_thicknesses * thickness_mm,
             pitch_mm=self._pitch_px * mm_per_px,
         )
-        self._supported = np.zeros(grid.shape, np.uint8), np.zeros(shape, np.bool_)
+        cells = np.zeros(grid.shape, np.uint8)
+        self._supported = cells, cells, np.zeros(shape, np.bool_)
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
         self._shear = ContactShear(
             grid, mm_per_px=mm_per_px, elastomer=elastomer, compiled=compiled
@@ -171,13 +172,16 @@ class MarkedSurface:
             0 if no marker is seen.
         """
         grid = self._grid
-        moved_mm = np.where(seen[:, None], (px - self.reference_px) * self._mm_per_px, 0.0)
+        count = np.count_nonzero(seen)
+        moved_mm = (px - self.reference_px) * self._mm_per_px
+        if count < len(seen):
+            moved_mm[~seen] = 0.0
         elastic = (
             None
             if contact is None
             else self._shear.fields(grid.share(contact, compiled=self._compiled))
         )
-        if elastic is None or not seen.any():
+        if elastic is None or count == 0:
             moved_mm = self._kriging.completed(moved_mm, seen)
             weighted = self._kriging.weighted(moved_mm)
             sheared = np.zeros((2, *grid.shape), np.float32)
@@ -195,14 +199,14 @@ class MarkedSurface:
         The array is that of the last call while the same cells are valid, and cannot be written.
         """
         grid = self._grid
-        near = np.asarray(
-            cv2.dilate(struck(grid.in_cells(px[seen]), grid.shape), self._around), np.uint8
-        )
-        cells, valid = self._supported
-        if not np.array_equal(near, cells):
-            valid = grid.marked(near.view(np.bool_))
-            valid.flags.writeable = False
-            self._supported = near, valid
+        cells = struck(grid.in_cells(px[seen]), grid.shape)
+        known, near, valid = self._supported
+        if cells.tobytes() != known.tobytes():
+            known_near, near = near, np.asarray(cv2.dilate(cells, self._around), np.uint8)
+            if near.tobytes() != known_near.tobytes():
+                valid = grid.marked(near.view(np.bool_))
+                valid.flags.writeable = False
+            self._supported = cells, near, valid
         return valid
 
     def _std_mm(self, weighted: Float64) -> Float32:
@@ -245,10 +249,10 @@ class MarkedSurface:
         loops = kernels.chosen(self._compiled)
         if loops is not None:
             change = loops.moved_to_present(sheared, undeformed, nodes, per_mm, SURFACE.iterations)
-            return undeformed + grid.refined(change.reshape(shape))
+            return grid.refined((residual + change).reshape(shape))
         known = grid.sampled(sheared, nodes.T)
-        start = residual = grid.sampled(undeformed, nodes.T)
+        start = present = grid.sampled(undeformed, nodes.T)
         for _ in range(SURFACE.iterations):
-            came_from = nodes - (known + residual) * per_mm
-            residual = grid.sampled(undeformed, came_from.T)
-        return undeformed + grid.refined((residual - start).reshape(shape))
+            came_from = nodes - (known + present) * per_mm
+            present = grid.sampled(undeformed, came_from.T)
+        return grid.refined((residual + (present - start)).reshape(shape))

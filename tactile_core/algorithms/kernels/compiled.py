@@ -39,6 +39,7 @@ from tactile_core.algorithms.kernels.slopes import (
     halved_where_bare,
     normal_xy_of_bytes,
 )
+from tactile_core.algorithms.kernels.spot_pixels import spot_pixels
 from tactile_core.algorithms.kernels.spots import measured_spots
 from tactile_core.algorithms.kernels.steepness import steepness_of
 
@@ -77,6 +78,7 @@ __all__ = [
     "smooth_error",
     "solve_low",
     "spacing",
+    "spot_pixels",
     "steepness_of",
     "total_of_fields",
     "touched_regions",

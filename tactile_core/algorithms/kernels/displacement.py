@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, Float64, UInt8
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
 
 
 @njit(**EXACT_ROW)
@@ -79,14 +79,16 @@ def traction_of(depth: Float32, blunting: float, x: Float32, y: Float32, wide: F
 @njit(inline="always")
 def _place(at: Any, count: Any) -> Any:
     inside = min(max(at, np.float32(0)), np.float32(count - 1))
-    low = min(int(inside), count - 2)
+    # without a sign, so that no place is counted from the end
+    low = min(np.uint64(inside), np.uint64(count - 2))
     return low, inside - np.float32(low)
 
 
 @njit(inline="always")
 def _sampled(plane: Float32, i: Any, j: Any, down: Any, right: Any) -> Any:
-    upper = plane[i, j] + right * (plane[i, j + 1] - plane[i, j])
-    lower = plane[i + 1, j] + right * (plane[i + 1, j + 1] - plane[i + 1, j])
+    below, after = i + np.uint64(1), j + np.uint64(1)
+    upper = plane[i, j] + right * (plane[i, after] - plane[i, j])
+    lower = plane[below, j] + right * (plane[below, after] - plane[below, j])
     return upper + down * (lower - upper)
 
 
@@ -218,6 +220,16 @@ def total_of_fields(
         _total_row(parts, strength, x, y[i], (total[0, i], total[1, i]))
 
 
+@njit(**PART)
+def _sample(planes: Float32, at: Float32, values: Float32) -> None:
+    rows, columns = planes.shape[1:]
+    for m in range(at.shape[1]):
+        j, right = _place(at[0, m], columns)
+        i, down = _place(at[1, m], rows)
+        values[0, m] = _sampled(planes[0], i, j, down, right)
+        values[1, m] = _sampled(planes[1], i, j, down, right)
+
+
 @njit(**LOOP)
 def moved_to_present(
     sheared: Float32, undeformed: Float32, nodes: Float32, per_mm: Float32, iterations: int
@@ -238,19 +250,14 @@ def moved_to_present(
     -------
     (2, M) float32
     """
-    rows, columns = sheared.shape[1:]
-    out = np.empty(nodes.shape, np.float32)
-    for m in range(nodes.shape[1]):
-        j, right = _place(nodes[0, m], columns)
-        i, down = _place(nodes[1, m], rows)
-        known_x = _sampled(sheared[0], i, j, down, right)
-        known_y = _sampled(sheared[1], i, j, down, right)
-        start_x = x = _sampled(undeformed[0], i, j, down, right)
-        start_y = y = _sampled(undeformed[1], i, j, down, right)
-        for _ in range(iterations):
-            j, right = _place(nodes[0, m] - (known_x + x) * per_mm[0, m], columns)
-            i, down = _place(nodes[1, m] - (known_y + y) * per_mm[1, m], rows)
-            x = _sampled(undeformed[0], i, j, down, right)
-            y = _sampled(undeformed[1], i, j, down, right)
-        out[0, m], out[1, m] = x - start_x, y - start_y
-    return out
+    start, known = np.empty(nodes.shape, np.float32), np.empty(nodes.shape, np.float32)
+    _sample(sheared, nodes, known)
+    _sample(undeformed, nodes, start)
+    present, places = start.copy(), np.empty(nodes.shape, np.float32)
+    # all nodes at once, because no node has to wait for another
+    for _ in range(iterations):
+        for m in range(nodes.shape[1]):
+            for c in range(2):
+                places[c, m] = nodes[c, m] - (known[c, m] + present[c, m]) * per_mm[c, m]
+        _sample(undeformed, places, present)
+    return present - start

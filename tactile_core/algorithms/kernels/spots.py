@@ -10,8 +10,17 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.arrays.types import Float64, UInt8
-from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
+from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
+
+_LANES = 16
+"""Pixels that are summed together."""
+
+
+@njit(**EXACT_ROW)
+def _copy_row(row: UInt8, out: UInt8) -> None:
+    for j in range(row.size):
+        out[j] = row[j]
 
 
 @njit(**EXACT_ROW)
@@ -116,56 +125,83 @@ def _numbers(runs: Any, parent: Any, count: int, columns: int) -> tuple[Any, int
 
 
 @njit(**PART)
-def _moments(labels: Any, weight: UInt8, label: int, box: Any, sums: Float64) -> None:
-    left, top, right, bottom = box
-    for y in range(top, bottom):
-        row, weights = labels[y, left:right], weight[y, left:right]
-        total = first = second = np.int64(0)
-        for j in range(row.size):
-            if row[j] == label:
-                w = np.int64(weights[j])
-                total += w
-                first += w * j
-                second += w * j * j
-        wx = first + total * left
-        sums[0] += total
-        sums[1] += wx
-        sums[2] += total * y
-        sums[3] += second + left * (first + wx)
-        sums[4] += wx * y
-        sums[5] += total * y * y
+def _grouped(runs: Any, numbers: Any, spots: int) -> tuple[Any, Any]:
+    """Runs in the order of their spots, and where the runs of each spot end in that order."""
+    ends = np.zeros(spots + 1, np.int64)
+    for run in range(numbers.size):
+        ends[numbers[run]] += 1
+    for k in range(spots):
+        ends[k + 1] += ends[k]
+    free = ends.copy()
+    grouped = np.empty((numbers.size, 3), np.int32)
+    for run in range(numbers.size):
+        k = numbers[run] - 1
+        for side in range(3):
+            grouped[free[k], side] = runs[run, side]
+        free[k] += 1
+    return grouped, ends
+
+
+@njit(**ROW)
+def _take(part: UInt8, count: int) -> tuple[Any, Any, Any]:
+    """Sums of w, w j and w j² of some pixels, which are set to 0, so that they count once.
+
+    The sums are exact, because they are whole and small.
+    """
+    total = first = second = np.float32(0)
+    for j in range(_LANES):
+        w = np.float32(part[j]) if j < count else np.float32(0)
+        total += w
+        first += w * np.float32(j)
+        second += w * np.float32(j * j)
+        part[j] = np.uint8(0) if j < count else part[j]
+    return total, first, second
 
 
 @njit(**PART)
-def _painted(dark: UInt8, rim: int, labels: Any) -> tuple[Any, Any]:
-    """Number spots and their rims in ``labels``; return their boxes and the borders they touch."""
-    rows, columns = dark.shape
-    runs = np.empty((rows * ((columns + 1) // 2), 3), np.int32)
-    parent = np.empty(len(runs), np.int32)
-    count = _runs(dark, runs, parent)
-    numbers, spots = _numbers(runs, parent, count, columns)
-    truncated = np.zeros((spots, 4), np.bool_)
-    boxes = np.empty((spots, 4), np.int64)
-    boxes[:, :2] = rows + columns
-    boxes[:, 2:] = 0
-    for run in range(count):
-        y, first, end = runs[run]
-        label = numbers[run]
-        left, right = max(first - rim, 0), min(end + rim, columns)
-        top, bottom = max(y - rim, 0), min(y + rim + 1, rows)
-        for i in range(top, bottom):
-            around = labels[i, left:right]
-            for j in range(around.size):
-                if around[j] < label:
-                    around[j] = label
-        box, cut = boxes[label - 1], truncated[label - 1]
-        box[0], box[1] = min(box[0], left), min(box[1], top)
-        box[2], box[3] = max(box[2], right), max(box[3], bottom)
-        cut[0] |= first == 0
-        cut[1] |= y == 0
-        cut[2] |= end == columns
-        cut[3] |= y == rows - 1
-    return boxes, truncated
+def _add_rows(flat: UInt8, columns: int, top: int, low: Any, high: Any, moments: Any) -> None:
+    """Add the moments of the pixels from ``low`` to ``high`` in each row from ``top`` on."""
+    w = wx = wy = xx = xy = yy = 0.0
+    for i in range(low.size):
+        y = np.float64(top + i)
+        for x in range(low[i], high[i], _LANES):
+            sums = _take(flat[(top + i) * columns + x :], high[i] - x)
+            total, first, second = np.float64(sums[0]), np.float64(sums[1]), np.float64(sums[2])
+            along = first + total * x
+            w += total
+            wx += along
+            wy += total * y
+            xx += second + x * (first + along)
+            xy += along * y
+            yy += total * y * y
+    moments[0] += w
+    moments[1] += wx
+    moments[2] += wy
+    moments[3] += xx
+    moments[4] += xy
+    moments[5] += yy
+
+
+@njit(**PART)
+def _add_spot(runs: Any, rim: int, flat: UInt8, shape: Any, ends: Any, moments: Any) -> None:
+    """Add the moments of one spot and its rim, whose pixels are set to 0."""
+    rows, columns = shape
+    low, high = ends
+    top = runs[0, 0] - rim
+    height = runs[len(runs) - 1, 0] + rim + 1 - top
+    for i in range(height):
+        low[i], high[i] = columns, 0
+    for run in range(len(runs)):
+        first, end = max(runs[run, 1] - rim, 0), min(runs[run, 2] + rim, columns)
+        begin = runs[run, 0] - rim - top
+        for i in range(begin, begin + 2 * rim + 1):
+            if low[i] < high[i] and (first > high[i] or end < low[i]):
+                if 0 <= top + i < rows:
+                    _add_rows(flat, columns, top + i, low[i : i + 1], high[i : i + 1], moments)
+                low[i], high[i] = first, end
+            low[i], high[i] = min(low[i], first), max(high[i], end)
+    above, until = max(-top, 0), min(height, rows - top)
+    _add_rows(flat, columns, top + above, low[above:until], high[above:until], moments)
 
 
 @njit(**LOOP)
@@ -183,30 +219,46 @@ def measured_spots(
 
     Returns
     -------
-    mass, centres, orientation, sigma, peak, truncated
+    mass, centres, slant, sigma, peak, truncated
         The fields of :class:`tactile_core.algorithms.markers.spots.Spots`.
     """
-    labels = np.zeros(dark.shape, np.int32)
-    boxes, truncated = _painted(dark, rim, labels)
-    count = len(boxes)
-    mass, orientation = np.empty((2, count))
-    centres, sigma = np.empty((2, count, 2))
+    rows, columns = dark.shape
+    runs, parent = joined_runs(dark)
+    numbers, count = _numbers(runs, parent, len(runs), columns)
+    grouped, places = _grouped(runs, numbers, count)
+    flat = np.zeros(weight.size + _LANES, np.uint8)
+    for i in range(rows):
+        _copy_row(weight[i], flat[i * columns :])
+    sums = np.zeros((count, 6))
+    ends = np.empty((2, rows + 2 * rim), np.int64)
+    # where rims overlap, a pixel belongs to the last spot
+    for k in range(count - 1, -1, -1):
+        of_spot = grouped[places[k] : places[k + 1]]
+        _add_spot(of_spot, rim, flat, dark.shape, (ends[0], ends[1]), sums[k])
+    truncated = np.zeros((count, 4), np.bool_)
+    for run in range(len(runs)):
+        y, first, end = runs[run]
+        sides = first == 0, y == 0, end == columns, y == rows - 1
+        if sides[0] or sides[1] or sides[2] or sides[3]:
+            for side in range(4):
+                truncated[numbers[run] - 1, side] |= sides[side]
+    mass = np.empty(count)
+    centres, slant, sigma = np.empty((3, count, 2))
     peak = np.empty(count, np.uint8)
-    sums = np.empty(6)
     kept = 0
     for k in range(count):
-        sums[:] = 0
-        _moments(labels, weight, k + 1, boxes[k], sums)
-        total = max(sums[0], 1e-9)
-        x, y = sums[1] / total, sums[2] / total
+        total = max(sums[k, 0], 1e-9)
+        x, y = sums[k, 1] / total, sums[k, 2] / total
         top = peaks[int(np.rint(y)), int(np.rint(x))]
         if top <= faintest:
             continue
-        xx, xy, yy = sums[3] / total - x * x, sums[4] / total - x * y, sums[5] / total - y * y
-        mean, half_difference = (xx + yy) / 2 + pixel_variance, np.hypot((xx - yy) / 2, xy)
+        xx, xy = sums[k, 3] / total - x * x, sums[k, 4] / total - x * y
+        yy = sums[k, 5] / total - y * y
+        slant[kept, 0], slant[kept, 1] = xx - yy, 2 * xy
+        mean = (xx + yy) / 2 + pixel_variance
+        half_difference = np.sqrt((xx - yy) * (xx - yy) + 4 * xy * xy) / 2
         mass[kept], peak[kept] = total, top
         centres[kept, 0], centres[kept, 1] = x, y
-        orientation[kept] = np.arctan2(2 * xy, xx - yy) / 2
         sigma[kept, 0] = np.sqrt(mean + half_difference)
         sigma[kept, 1] = np.sqrt(max(mean - half_difference, pixel_variance))
         for side in range(4):
@@ -215,7 +267,7 @@ def measured_spots(
     return (
         mass[:kept],
         centres[:kept],
-        orientation[:kept],
+        slant[:kept],
         sigma[:kept],
         peak[:kept],
         truncated[:kept],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,9 +9,8 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
 from tactile_core.algorithms.markers.contrast import FULL
 from tactile_core.algorithms.markers.kinds import kinds_of
 from tactile_core.algorithms.markers.parameters import DETECTION
+from tactile_core.algorithms.markers.spot_pixels import spot_pixels
 from tactile_core.algorithms.markers.spots import Spots, measured_spots
-
-_SQUARES = np.arange(FULL + 1) ** 2
 
 
 def find_markers(
@@ -66,29 +64,14 @@ def find_markers(
     """
     scale = shape[1] / contrast.shape[1], shape[0] / contrast.shape[0]
     size = diameter_px / scale[0]
-    kernel = (_odd_length(DETECTION.smoothing_diameters * size),) * 2
-    smooth = np.asarray(cv2.GaussianBlur(contrast, kernel, 0), np.uint8)
-    opening = _square(DETECTION.opening_diameters * size)
-    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, opening), np.uint8)
-    peaks = np.asarray(cv2.dilate(thick, _square(DETECTION.peak_diameters * size)), np.uint8)
-    level = max(_typical_contrast(peaks), min_contrast * FULL)
-    dark, weight = _spot_pixels(thick, smooth, peaks, DETECTION.min_contrast * level)
-    faintest = max(DETECTION.faintest_peak * level, min_contrast * FULL)
+    darkest = min_contrast * FULL
+    dark, weight, peaks, level = spot_pixels(contrast, size, darkest=darkest, compiled=compiled)
+    faintest = max(DETECTION.faintest_peak * level, darkest)
     rim = max(1, round(DETECTION.rim_diameters * size))
     spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
     centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape, compiled)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), truncated
-
-
-def _spot_pixels(thick: UInt8, smooth: UInt8, peaks: UInt8, least: float) -> tuple[UInt8, UInt8]:
-    """Pixels of spots, not 0, and the contrast that counts, each (h, w)."""
-    local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
-    above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
-    _, above_global = cv2.threshold(thick, least, FULL, cv2.THRESH_BINARY)
-    background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
-    dark = np.asarray(cv2.bitwise_and(above_local, above_global), np.uint8)
-    return dark, np.asarray(cv2.subtract(smooth, background), np.uint8)
 
 
 def _markers(
@@ -97,17 +80,17 @@ def _markers(
     """Centres (N, 2) of the spots that are markers, and whether the border truncates them."""
     kinds = kinds_of(spots, compiled=compiled)
     marker, mass, half_size = kinds.marker, kinds.mass, kinds.half_size
-    piece = np.flatnonzero(kinds.piece)
     centres = list[Float64]()
-    if piece.size > 1:
+    if np.count_nonzero(kinds.piece) > 1:
+        piece = np.flatnonzero(kinds.piece)
         nearby = DETECTION.piece_distance * half_size
         centres, merged = _merged(spots.subset(piece), mass[piece], nearby)
         marker[piece[merged]] = False
     centres.append(spots.centres[marker])
-    if kinds.bar.any():
+    if np.count_nonzero(kinds.bar):
         centres += _split(spots.subset(kinds.bar), mass[kinds.bar], pitch, half_size)
     inside = sum(map(len, centres))
-    if kinds.truncated.any():
+    if np.count_nonzero(kinds.truncated):
         centres.append(_extrapolated(spots.subset(kinds.truncated), half_size, shape))
     found = np.concatenate(centres)
     return found, np.arange(len(found)) >= inside
@@ -167,24 +150,3 @@ def _split(spots: Spots, mass: Float64, pitch: float, half_size: float) -> list[
         for (centre, axis, half, number), keep in zip(bars, regular, strict=True)
         if keep
     ]
-
-
-def _typical_contrast(peaks: UInt8) -> float:
-    """Peak contrast of a typical marker.
-
-    Much of the image is near a marker and has its peak. Pixels are weighted by the square of their
-    peak, so that grain between markers that are far apart does not count.
-    """
-    step = DETECTION.sample_step_px
-    counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
-    weight = np.cumsum(counts * _SQUARES)
-    return float(weight.searchsorted(weight[-1] / 2))
-
-
-def _odd_length(half_length: float) -> int:
-    return 2 * int(half_length) + 1 if half_length >= 1 else 1
-
-
-def _square(length: float) -> UInt8:
-    side = 2 * int(length / 2) + 1
-    return np.ones((side, side), np.uint8)

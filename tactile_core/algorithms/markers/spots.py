@@ -1,4 +1,4 @@
-"""Moments of dark spots: integrated contrast, centroid, orientation and size."""
+"""Moments of dark spots: integrated contrast, centroid, direction and size."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ class Spots:
         Integrated contrast: the sum of the weights.
     centres : (N, 2) float64
         Centroids, x and y, px.
-    orientation : (N,) float64
-        Direction of the major axis, rad from x towards y.
+    slant : (N, 2) float64
+        Difference of the variances along x and y, and twice the covariance, px²: a vector at twice
+        the angle of the major axis from x towards y.
     sigma_px : (N, 2) float64
         Standard deviation along the major and the minor axis, px.
     peak : (N,) uint8
@@ -42,7 +43,7 @@ class Spots:
 
     mass: Float64
     centres: Float64
-    orientation: Float64
+    slant: Float64
     sigma_px: Float64
     peak: UInt8
     truncated: Bool
@@ -53,14 +54,15 @@ class Spots:
     @property
     def major_axes(self) -> Float64:
         """(N, 2) unit vectors of the major axes."""
-        return np.stack([np.cos(self.orientation), np.sin(self.orientation)], 1)
+        angle = np.arctan2(self.slant[:, 1], self.slant[:, 0]) / 2
+        return np.stack([np.cos(angle), np.sin(angle)], 1)
 
     def subset(self, which: Bool | NDArray[np.intp]) -> Spots:
         """Return the spots that a mask or indices select."""
         return Spots(
             self.mass[which],
             self.centres[which],
-            self.orientation[which],
+            self.slant[which],
             self.sigma_px[which],
             self.peak[which],
             self.truncated[which],
@@ -107,11 +109,10 @@ def measured_spots(
         x, y = centres = centres[:, kept]
         means = means[:, kept]
     xx, xy, yy = means[2:] - (x * x, x * y, y * y)
-    mean, half_difference = (xx + yy) / 2 + _PIXEL_VARIANCE_PX2, np.hypot((xx - yy) / 2, xy)
+    slant = xx - yy, 2 * xy
+    mean, half_difference = (xx + yy) / 2 + _PIXEL_VARIANCE_PX2, np.hypot(*slant) / 2
     variances = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
-    return Spots(
-        mass, centres.T, np.arctan2(2 * xy, xx - yy) / 2, np.sqrt(variances).T, peak, truncated
-    )
+    return Spots(mass, centres.T, np.stack(slant, 1), np.sqrt(variances).T, peak, truncated)
 
 
 def _moments(dark: UInt8, weight: UInt8, rim: int) -> tuple[Float64, Bool]:

@@ -1,0 +1,227 @@
+"""Kernel of :mod:`tactile_core.algorithms.markers.spot_pixels`: pixels of dark spots.
+
+Every intermediate image is flat, with a gap after each row, so that one loop passes over the whole
+image, and a window at the end of a row ends in the gap.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
+
+_FULL = 255
+
+
+@njit(**EXACT_ROW)
+def _largest_of(a: Any, b: Any, c: Any, d: Any, e: Any, out: Any) -> None:
+    for j in range(e.size):
+        out[j] = max(max(max(a[j], b[j]), max(c[j], d[j])), e[j])
+
+
+@njit(**PART)
+def _largest_in(values: Any, spare: Any, width: int, step: int) -> tuple[Any, Any]:
+    """Largest value of the window that begins at each place of a flat array.
+
+    Parameters
+    ----------
+    values, spare : (N,) integer
+        Both are overwritten.
+    width : int
+        Places in a window.
+    step : int
+        Distance of neighbours in a window: 1 along a row, and the length of a row across rows.
+
+    Returns
+    -------
+    result, spare : (N,) integer
+        The last ``(width - 1) * step`` places of the result are undefined.
+    """
+    wide = 1
+    while wide < width:
+        # a window up to five times as wide consists of five, which may overlap
+        wider = min(5 * wide, width)
+        last = (wider - wide) * step
+        next_one = wide * step
+        one, two, three = min(next_one, last), min(2 * next_one, last), min(3 * next_one, last)
+        _largest_of(values, values[one:], values[two:], values[three:], values[last:], spare)
+        values, spare, wide = spare, values, wider
+    return values, spare
+
+
+@njit(**PART)
+def _dilated(flat: UInt8, spare: UInt8, reach: int, stride: int) -> tuple[Any, Any]:
+    """Dilate a flat image by a square; the result begins ``reach`` rows and columns earlier."""
+    flat, spare = _largest_in(flat, spare, 2 * reach + 1, 1)
+    flat, spare = _largest_in(flat, spare, 2 * reach + 1, stride)
+    return flat, spare
+
+
+@njit(**EXACT_ROW)
+def _copy(source: UInt8, target: UInt8) -> None:
+    for j in range(source.size):
+        target[j] = source[j]
+
+
+@njit(**EXACT_ROW)
+def _invert_row(source: UInt8, target: UInt8) -> None:
+    for j in range(target.size):
+        target[j] = ~source[j]
+
+
+@njit(**EXACT_ROW)
+def _sum_rows(a: UInt8, b: UInt8, middle: UInt8, d: UInt8, e: UInt8, taps: Any, line: Any) -> None:
+    far, near, here = taps
+    for j in range(middle.size):
+        outer, inner = np.uint16(a[j]) + np.uint16(e[j]), np.uint16(b[j]) + np.uint16(d[j])
+        line[j + 2] = far * outer + near * inner + here * np.uint16(middle[j])
+
+
+@njit(**EXACT_ROW)
+def _sum_row(line: Any, taps: Any, smooth: UInt8) -> None:
+    far, near, here = taps
+    for j in range(smooth.size):
+        outer, inner = line[j] + line[j + 4], line[j + 1] + line[j + 3]
+        total = np.uint16(far * outer + near * inner + here * line[j + 2] + np.uint16(128))
+        smooth[j] = total >> np.uint16(8)
+
+
+@njit(**PART)
+def _mirrored(place: int, count: int) -> int:
+    """Place in a line of a place beyond its ends, which reflect without repeating the last one."""
+    while count > 1 and not 0 <= place < count:
+        place = -place if place < 0 else 2 * (count - 1) - place
+    return place if count > 1 else 0
+
+
+@njit(**PART)
+def _smooth_rows(image: UInt8, taps: Any, smooth: UInt8, start: int, stride: int) -> None:
+    rows, columns = image.shape
+    line = np.empty(columns + 4, np.uint16)
+    for i in range(rows):
+        _sum_rows(
+            image[_mirrored(i - 2, rows)],
+            image[_mirrored(i - 1, rows)],
+            image[i],
+            image[_mirrored(i + 1, rows)],
+            image[_mirrored(i + 2, rows)],
+            taps,
+            line,
+        )
+        for place in (-2, -1, columns, columns + 1):
+            line[place + 2] = line[_mirrored(place, columns) + 2]
+        at = start + i * stride
+        _sum_row(line, taps, smooth[at : at + columns])
+
+
+@njit(**PART)
+def _typical_of(flat: UInt8, start: int, stride: int, shape: Any, step: int) -> int:
+    counts = np.zeros(_FULL + 1, np.int64)
+    for i in range(0, shape[0], step):
+        for j in range(0, shape[1], step):
+            counts[flat[start + i * stride + j]] += 1
+    total = 0
+    for peak in range(_FULL + 1):
+        total += counts[peak] * peak * peak
+    typical = below = 0
+    while 2 * below < total:
+        typical += 1
+        below += counts[typical] * typical * typical
+    return typical
+
+
+@njit(**EXACT_ROW)
+def _spot_row(
+    thick: UInt8,
+    smooth: UInt8,
+    around: UInt8,
+    limits: Any,
+    dark: UInt8,
+    weight: UInt8,
+    peaks: UInt8,
+) -> None:
+    marker, background, least = limits
+    for j in range(dark.size):
+        peaks[j] = around[j]
+        peak = np.float32(peaks[j])
+        contrast = np.float32(thick[j])
+        dark[j] = contrast > max(np.rint(peak * marker), least)
+        counted = np.float32(smooth[j]) - np.rint(peak * background)
+        weight[j] = np.uint8(max(counted, np.float32(0)))
+
+
+@njit(**LOOP)
+def spot_pixels(
+    contrast: UInt8, taps: Any, opening: int, reach: int, shares: Any, darkest: float, step: int
+) -> tuple[Any, Any, Any, float]:
+    """Find the pixels of dark spots.
+
+    Parameters
+    ----------
+    contrast : (h, w) uint8
+    taps : (int, int, int)
+        Weights of smoothing, in sixteenths: two pixels away, one pixel away, and of the pixel.
+    opening, reach : int
+        Reach of the opening and of the neighbourhood to either side, px.
+    shares : (float, float, float)
+        See :class:`tactile_core.algorithms.markers.parameters.DetectionParameters`:
+        ``marker_share``, ``background_share`` and ``min_contrast``.
+    darkest : float
+        Lower bound of the typical contrast.
+    step : int
+        Every how many pixels the typical contrast is sampled.
+
+    Returns
+    -------
+    dark : (h, w) uint8
+        1 on spots.
+    weight : (h, w) uint8
+        Contrast that is counted.
+    peaks : (h, w) uint8
+        Maximum contrast in the neighbourhood.
+    level : float
+        Typical contrast.
+    """
+    rows, columns = contrast.shape
+    # a row begins as far from the one before as the opening and the neighbourhood spread
+    gap = opening + reach
+    stride = columns + gap
+    start = gap * stride + gap
+    size = start + (rows + gap) * stride
+    weights = np.uint16(taps[0]), np.uint16(taps[1]), np.uint16(taps[2])
+    smooth, spare = np.empty(size, np.uint8), np.empty(size, np.uint8)
+    flat = np.zeros(size, np.uint8)
+    _smooth_rows(contrast, weights, smooth, start, stride)
+    # an erosion is a dilation of the inverse, in which nothing beyond the image counts
+    for i in range(rows):
+        at = start + i * stride
+        _invert_row(smooth[at:], flat[at : at + columns])
+    eroded, spare = _dilated(flat, spare, opening, stride)
+    thick = np.zeros(size, np.uint8)
+    of_thick = start - opening * (stride + 1)
+    for i in range(rows):
+        at = start + i * stride
+        _invert_row(eroded[of_thick + i * stride :], thick[at : at + columns])
+    thick, spare = _dilated(thick, spare, opening, stride)
+    _copy(thick, eroded)
+    around, _ = _dilated(eroded, spare, reach, stride)
+    of_around = of_thick - reach * (stride + 1)
+    level = max(float(_typical_of(around, of_around, stride, (rows, columns), step)), darkest)
+    limits = np.float32(shares[0]), np.float32(shares[1]), np.float32(shares[2] * level)
+    dark, weight = np.empty((rows, columns), np.uint8), np.empty((rows, columns), np.uint8)
+    peaks = np.empty((rows, columns), np.uint8)
+    for i in range(rows):
+        _spot_row(
+            thick[of_thick + i * stride :],
+            smooth[start + i * stride :],
+            around[of_around + i * stride :],
+            limits,
+            dark[i],
+            weight[i],
+            peaks[i],
+        )
+    return dark, weight, peaks, level

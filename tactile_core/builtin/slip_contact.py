@@ -11,13 +11,7 @@ from pydantic import BaseModel
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.plane import (
-    as_complex,
-    blocks,
-    coarse,
-    picked,
-    stride_of,
-)
+from tactile_core.algorithms.slip.plane import blocks, coarse_field, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
@@ -163,8 +157,14 @@ class SlipContactFinder(Estimator):
             found = self._in_image(frame, reference, markers, shape)
             if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
-        cells_mm = displacement.cells_mm
-        moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
+        moved_mm = np.abs(
+            coarse_field(
+                displacement.cells_mm,
+                image_shape,
+                self._stride,
+                compiled=self.context.compiled,
+            )
+        )
         if contact is not None and not _fills_view(moved_mm):
             return found
         mask = contact_from_motion(moved_mm)

@@ -31,18 +31,23 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.shear import calm_and_entropy, fitted_motion
+from tactile_core.algorithms.kernels.shear import (
+    fitted_motion,
+    moved_contact,
+    moved_points,
+    recent_span,
+)
 from tactile_core.algorithms.kernels.slopes import (
     corrected_slopes,
     halved_where_bare,
     normal_xy_of_bytes,
 )
 from tactile_core.algorithms.kernels.spots import measured_spots
-from tactile_core.algorithms.kernels.steepness import steepness_of
+from tactile_core.algorithms.kernels.steepness import coarse_field, steepness_of
 
 __all__ = [
     "backward_columns",
-    "calm_and_entropy",
+    "coarse_field",
     "contrast_of_bytes",
     "corrected_slopes",
     "double_divergence",
@@ -59,12 +64,15 @@ __all__ = [
     "kinds_of",
     "mean_of_channels",
     "measured_spots",
+    "moved_contact",
+    "moved_points",
     "moved_to_present",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
+    "recent_span",
     "rest_area",
     "rest_plane",
     "share_of_cells",

@@ -23,6 +23,7 @@ from tactile_core.algorithms.kernels.neighbours import (
     neighbours_plane,
     small_step,
     spacing,
+    steady_step,
 )
 from tactile_core.algorithms.kernels.poisson_columns import (
     backward_columns,
@@ -80,6 +81,7 @@ __all__ = [
     "smooth_error",
     "solve_low",
     "spacing",
+    "steady_step",
     "steepness_of",
     "total_of_fields",
     "touched_regions",

@@ -53,6 +53,79 @@ def neighbours_plane(index: Any, moments: Any, values: Any, weight: Any) -> Any:
 
 
 @njit(**LOOP)
+def _cells(found: Any, side: float) -> tuple[Any, Any, Any, tuple[int, int]]:
+    """Sort detections into square cells.
+
+    Returns
+    -------
+    start : (cells + 1,) int64
+        Where the detections of each cell begin in ``order``; cells are numbered row by row.
+    order : (M,) int64
+    sorted_px : (M, 2) float64
+        The detections in that order.
+    size : (int, int)
+        Rows and columns.
+    """
+    others = len(found)
+    left, top = found[:, 0].min(), found[:, 1].min()
+    columns = min(int((found[:, 0].max() - left) / side) + 1, 1024)
+    rows = min(int((found[:, 1].max() - top) / side) + 1, 1024)
+    start = np.zeros(rows * columns + 1, np.int64)
+    cell = np.empty(others, np.int64)
+    for j in range(others):
+        column = min(int((found[j, 0] - left) / side), columns - 1)
+        row = min(int((found[j, 1] - top) / side), rows - 1)
+        cell[j] = row * columns + column
+        start[cell[j] + 1] += 1
+    for c in range(rows * columns):
+        start[c + 1] += start[c]
+    order, filled = np.empty(others, np.int64), start[:-1].copy()
+    sorted_px = np.empty((others, 2))
+    for j in range(others):
+        k = filled[cell[j]]
+        order[k], sorted_px[k, 0], sorted_px[k, 1] = j, found[j, 0], found[j, 1]
+        filled[cell[j]] += 1
+    return start, order, sorted_px, (rows, columns)
+
+
+@njit(**LOOP)
+def _paired(expected: Any, found: Any, within: Any, side: float, cells: Any) -> Any:
+    """Do what :func:`mutual_nearest` does, with the cells of the detections."""
+    start, order, sorted_px, (rows, columns) = cells
+    count = len(expected)
+    left, top = found[:, 0].min(), found[:, 1].min()
+    nearest = np.full(count, -1, np.int64)
+    owner = np.full(len(found), -1, np.int64)
+    shortest = np.full(len(found), np.inf)
+    for i in range(count):
+        if within[i] < 0:
+            continue
+        best, closest = np.inf, -1
+        column = int(np.floor((expected[i, 0] - left) / side))
+        row = int(np.floor((expected[i, 1] - top) / side))
+        first, end = max(column - 1, 0), min(column + 2, columns)
+        if first >= end:
+            continue
+        for r in range(max(row - 1, 0), min(row + 2, rows)):
+            for k in range(start[r * columns + first], start[r * columns + end]):
+                x, y = sorted_px[k, 0] - expected[i, 0], sorted_px[k, 1] - expected[i, 1]
+                squared = x * x + y * y
+                if squared < best:
+                    best, closest = squared, k
+        if closest >= 0:
+            j = order[closest]
+            nearest[i] = j
+            if best < shortest[j]:
+                shortest[j], owner[j] = best, i
+            if best > within[i] * within[i]:
+                nearest[i] = -1
+    for i in range(count):
+        if nearest[i] >= 0 and owner[nearest[i]] != i:
+            nearest[i] = -1
+    return nearest
+
+
+@njit(**LOOP)
 def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
     """Match markers and detections that are mutually nearest.
 
@@ -73,51 +146,8 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
     (N,) int64
         Index of the detection, or -1.
     """
-    count, others = len(expected), len(found)
     side = max(within.max(), 1e-6)
-    left, top = found[:, 0].min(), found[:, 1].min()
-    columns = min(int((found[:, 0].max() - left) / side) + 1, 1024)
-    rows = min(int((found[:, 1].max() - top) / side) + 1, 1024)
-    start = np.zeros(rows * columns + 1, np.int64)
-    cell = np.empty(others, np.int64)
-    for j in range(others):
-        column = min(int((found[j, 0] - left) / side), columns - 1)
-        row = min(int((found[j, 1] - top) / side), rows - 1)
-        cell[j] = row * columns + column
-        start[cell[j] + 1] += 1
-    for c in range(rows * columns):
-        start[c + 1] += start[c]
-    order, filled = np.empty(others, np.int64), start[:-1].copy()
-    for j in range(others):
-        order[filled[cell[j]]] = j
-        filled[cell[j]] += 1
-    nearest = np.full(count, -1, np.int64)
-    owner = np.full(others, -1, np.int64)
-    shortest = np.full(others, np.inf)
-    for i in range(count):
-        if within[i] < 0:
-            continue
-        best = np.inf
-        column = int(np.floor((expected[i, 0] - left) / side))
-        row = int(np.floor((expected[i, 1] - top) / side))
-        for r in range(max(row - 1, 0), min(row + 2, rows)):
-            for c in range(max(column - 1, 0), min(column + 2, columns)):
-                for k in range(start[r * columns + c], start[r * columns + c + 1]):
-                    j = order[k]
-                    x, y = found[j, 0] - expected[i, 0], found[j, 1] - expected[i, 1]
-                    squared = x * x + y * y
-                    if squared < best:
-                        best, nearest[i] = squared, j
-        j = nearest[i]
-        if j >= 0:
-            if best < shortest[j]:
-                shortest[j], owner[j] = best, i
-            if best > within[i] * within[i]:
-                nearest[i] = -1
-    for i in range(count):
-        if nearest[i] >= 0 and owner[nearest[i]] != i:
-            nearest[i] = -1
-    return nearest
+    return _paired(expected, found, within, side, _cells(found, side))
 
 
 @njit(**LOOP)
@@ -181,8 +211,10 @@ def small_step(
     index, moments = neighbours
     most_misfits, enough, fewest = limits
     base = last + momentum
-    owner = mutual_nearest(base, found, within)
-    unmoved = mutual_nearest(last, found, within)
+    side = max(within.max(), 1e-6)
+    cells = _cells(found, side)
+    owner = _paired(base, found, within, side, cells)
+    unmoved = _paired(last, found, within, side, cells)
     count, misfits = 0, 0
     known, step = np.zeros(len(last)), np.zeros(last.shape)
     for i in range(len(last)):
@@ -208,3 +240,59 @@ def small_step(
         if support < fewest and count < len(last):
             return owner, True, False
     return owner, True, True
+
+
+@njit(**LOOP)
+def steady_step(
+    places: tuple[Any, Any, Any],
+    neighbours: tuple[Any, Any, Any],
+    limits: tuple[float, float, int, float],
+) -> tuple[bool, Any, Any]:
+    """Follow markers that all make a small, smooth step.
+
+    Parameters
+    ----------
+    places : (last, momentum, found)
+        (N, 2), (N, 2) and (M, 2) float64; at least as many detections as markers.
+    neighbours : (index, shares, nearest)
+        ``index``, ``shares`` and ``nearest_px`` of
+        :class:`tactile_core.algorithms.marker_tracking.neighbourhood.Neighbourhood`.
+    limits : (gate, accepted, most misfits, momentum)
+        See :func:`tactile_core.algorithms.marker_tracking.small_motion.steady`.
+
+    Returns
+    -------
+    steady : bool
+        Whether they do; if not, the other results say nothing.
+    places : (N, 2) float64
+        Present places.
+    momentum : (N, 2) float64
+    """
+    last, momentum, found = places
+    index, shares, nearest = neighbours
+    gate, accepted, most_misfits, kept = limits
+    now, next_step = np.empty(last.shape), np.empty(last.shape)
+    apart = spacing(last, index, nearest)
+    within, base = gate * apart, last + momentum
+    side = max(within.max(), 1e-6)
+    cells = _cells(found, side)
+    owner = _paired(base, found, within, side, cells)
+    if owner.min() < 0:
+        return False, now, next_step
+    unmoved, misfits = _paired(last, found, within, side, cells), 0
+    step = np.empty(last.shape)
+    for i in range(len(last)):
+        j = owner[i]
+        misfits += unmoved[i] >= 0 and unmoved[i] != j
+        step[i, 0], step[i, 1] = found[j, 0] - base[i, 0], found[j, 1] - base[i, 1]
+    for i in range(len(last)):
+        x, y, limit = step[i, 0], step[i, 1], accepted * apart[i]
+        for k in range(index.shape[1]):
+            x -= shares[i, k] * step[index[i, k], 0]
+            y -= shares[i, k] * step[index[i, k], 1]
+        if misfits > most_misfits or x * x + y * y > limit * limit:
+            return False, now, next_step
+        for c in range(2):
+            now[i, c] = last[i, c] + (found[owner[i], c] - last[i, c])
+            next_step[i, c] = kept * (now[i, c] - last[i, c])
+    return True, now, next_step

@@ -53,8 +53,8 @@ def neighbours_plane(index: Any, moments: Any, values: Any, weight: Any) -> Any:
 
 
 @njit(**LOOP)
-def _cells(found: Any, side: float) -> tuple[Any, Any, Any, tuple[int, int]]:
-    """Sort detections into square cells.
+def _cells(found: Any, within: Any) -> tuple[Any, Any, Any, tuple[float, float, float, int, int]]:
+    """Sort detections into square cells as wide as the widest gate.
 
     Returns
     -------
@@ -63,13 +63,18 @@ def _cells(found: Any, side: float) -> tuple[Any, Any, Any, tuple[int, int]]:
     order : (M,) int64
     sorted_px : (M, 2) float64
         The detections in that order.
-    size : (int, int)
-        Rows and columns.
+    grid : (float, float, float, int, int)
+        Left and top border, side of a cell, rows and columns.
     """
-    others = len(found)
-    left, top = found[:, 0].min(), found[:, 1].min()
-    columns = min(int((found[:, 0].max() - left) / side) + 1, 1024)
-    rows = min(int((found[:, 1].max() - top) / side) + 1, 1024)
+    others, side = len(found), 1e-6
+    for gate in within:
+        side = max(side, gate)
+    left, top = right, bottom = found[0, 0], found[0, 1]
+    for j in range(others):
+        left, right = min(left, found[j, 0]), max(right, found[j, 0])
+        top, bottom = min(top, found[j, 1]), max(bottom, found[j, 1])
+    columns = min(int((right - left) / side) + 1, 1024)
+    rows = min(int((bottom - top) / side) + 1, 1024)
     start = np.zeros(rows * columns + 1, np.int64)
     cell = np.empty(others, np.int64)
     for j in range(others):
@@ -85,19 +90,20 @@ def _cells(found: Any, side: float) -> tuple[Any, Any, Any, tuple[int, int]]:
         k = filled[cell[j]]
         order[k], sorted_px[k, 0], sorted_px[k, 1] = j, found[j, 0], found[j, 1]
         filled[cell[j]] += 1
-    return start, order, sorted_px, (rows, columns)
+    return start, order, sorted_px, (left, top, side, rows, columns)
 
 
 @njit(**LOOP)
-def _paired(expected: Any, found: Any, within: Any, side: float, cells: Any) -> Any:
+def _paired(expected: Any, within: Any, cells: Any) -> Any:
     """Do what :func:`mutual_nearest` does, with the cells of the detections."""
-    start, order, sorted_px, (rows, columns) = cells
+    start, order, sorted_px, (left, top, side, rows, columns) = cells
     count = len(expected)
-    left, top = found[:, 0].min(), found[:, 1].min()
-    nearest = np.full(count, -1, np.int64)
-    owner = np.full(len(found), -1, np.int64)
-    shortest = np.full(len(found), np.inf)
+    nearest, owner = np.empty(count, np.int64), np.empty(order.size, np.int64)
+    shortest = np.empty(order.size)
+    for j in range(order.size):
+        owner[j], shortest[j] = -1, np.inf
     for i in range(count):
+        nearest[i] = -1
         if within[i] < 0:
             continue
         best, closest = np.inf, -1
@@ -146,8 +152,7 @@ def mutual_nearest(expected: Any, found: Any, within: Any) -> Any:
     (N,) int64
         Index of the detection, or -1.
     """
-    side = max(within.max(), 1e-6)
-    return _paired(expected, found, within, side, _cells(found, side))
+    return _paired(expected, within, _cells(found, within))
 
 
 @njit(**LOOP)
@@ -211,10 +216,8 @@ def small_step(
     index, moments = neighbours
     most_misfits, enough, fewest = limits
     base = last + momentum
-    side = max(within.max(), 1e-6)
-    cells = _cells(found, side)
-    owner = _paired(base, found, within, side, cells)
-    unmoved = _paired(last, found, within, side, cells)
+    cells = _cells(found, within)
+    owner, unmoved = _paired(base, within, cells), _paired(last, within, cells)
     count, misfits = 0, 0
     known, step = np.zeros(len(last)), np.zeros(last.shape)
     for i in range(len(last)):
@@ -272,17 +275,17 @@ def steady_step(
     index, shares, nearest = neighbours
     gate, accepted, most_misfits, kept = limits
     now, next_step = np.empty(last.shape), np.empty(last.shape)
-    apart = spacing(last, index, nearest)
-    within, base = gate * apart, last + momentum
-    side = max(within.max(), 1e-6)
-    cells = _cells(found, side)
-    owner = _paired(base, found, within, side, cells)
-    if owner.min() < 0:
-        return False, now, next_step
-    unmoved, misfits = _paired(last, found, within, side, cells), 0
-    step = np.empty(last.shape)
+    apart, base, step = spacing(last, index, nearest), np.empty(last.shape), np.empty(last.shape)
+    within, misfits = np.empty(len(last)), 0
+    for i in range(len(last)):
+        within[i] = gate * apart[i]
+        base[i, 0], base[i, 1] = last[i, 0] + momentum[i, 0], last[i, 1] + momentum[i, 1]
+    cells = _cells(found, within)
+    owner, unmoved = _paired(base, within, cells), _paired(last, within, cells)
     for i in range(len(last)):
         j = owner[i]
+        if j < 0:
+            return False, now, next_step
         misfits += unmoved[i] >= 0 and unmoved[i] != j
         step[i, 0], step[i, 1] = found[j, 0] - base[i, 0], found[j, 1] - base[i, 1]
     for i in range(len(last)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -138,7 +139,7 @@ def contact_mask(
     height_mm = np.asarray(height_mm, np.float32)
     rows, columns = (side * step_px for side in height_mm.shape)
     mask = np.zeros((rows, columns), np.uint8)
-    shrink = max(step_px, round(np.sqrt(mask.size / CONTACT.coarse_px)))
+    shrink = max(step_px, round(math.sqrt(mask.size / CONTACT.coarse_px)))
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrunk(height_mm, size)
     loops = kernels.chosen(compiled)
@@ -149,10 +150,11 @@ def contact_mask(
         given = -1.0 if border_fraction is None else float(border_fraction)
         area = min_area_mm2 / spacing_mm**2
         options = float(min_indentation_mm), given, float(min_slope), area
-        if loops.touched_regions(
+        box = loops.touched_regions(
             coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, borders_mm
-        ):
-            loops.drawn_contact(np.ascontiguousarray(height_mm), borders_mm, step_px, mask)
+        )
+        if box[1]:
+            loops.drawn_contact(np.ascontiguousarray(height_mm), borders_mm, box, step_px, mask)
         return mask.view(bool)
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
@@ -215,7 +217,7 @@ def _border(depth: Array, slope: Array) -> float:
 
 
 def _sample_step(image: Array) -> int:
-    return max(1, int(np.sqrt(image.size / CONTACT.noise_samples)))
+    return max(1, int(math.sqrt(image.size / CONTACT.noise_samples)))
 
 
 def _sample(image: Array) -> Array:

@@ -37,10 +37,18 @@ class LossOfContact(Estimator):
     def estimate(self, markers: MarkerField, imprint: ImprintMotion | None) -> ContactLoss:
         """Return the strength of the contact and how much of it is lost."""
         time_s = markers.timestamp_s
-        if self._lattice is None or not np.array_equal(self._lattice_of, markers.reference_px):
-            self._lattice, self._lattice_of = MarkerLattice(markers.px), markers.reference_px
-        strain = self._lattice.strain(markers.px, markers.seen, time_s)
+        strain = self._lattice_in(markers).strain(markers.px, markers.seen, time_s)
         if strain is None or imprint is None or not imprint.tracked:
             return ContactLoss(False, timestamp_s=time_s)
         loss = self._tracker.update(contact_strength(strain, imprint.strength), time_s)
         return ContactLoss(True, loss.strength, loss.settled, loss.lost, time_s)
+
+    def _lattice_in(self, markers: MarkerField) -> MarkerLattice:
+        """Return the lattice of these markers: most often that of the frame before."""
+        reference_px = markers.reference_px
+        if self._lattice is None or not (
+            self._lattice_of is reference_px or np.array_equal(self._lattice_of, reference_px)
+        ):
+            self._lattice = MarkerLattice(markers.px)
+        self._lattice_of = reference_px
+        return self._lattice

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
-from tactile_core.algorithms.slip.plane import as_complex, coarse, picked, stride_of
+from tactile_core.algorithms.slip.plane import coarse, coarse_field, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
@@ -93,6 +93,8 @@ class ShearOfContact(Estimator):
             noise_mm=chosen.noise_mm,
             compiled=context.compiled,
         )
+        self._valid: Bool | None = None
+        self._supported: Bool | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -110,20 +112,26 @@ class ShearOfContact(Estimator):
     ) -> ContactShear:
         """Return the shear; without contact only whether the field is usable."""
         seen = None if markers is None else int(np.count_nonzero(markers.seen))
-        if (seen is not None and seen < VIEW.min_markers) or not displacement.valid.any():
+        supported = self._supported_points(displacement.valid)
+        if (seen is not None and seen < VIEW.min_markers) or supported is None:
             self.reset()
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
         grid = grid_of(contact, "mask")
         # that of the step before has a grid of this stride
         mask = grid.cells if grid.step_px == self._stride else picked(contact.mask, self._stride)
-        if not mask.any():
+        if not np.count_nonzero(mask):
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
-        valid = mask & picked(displacement.valid, self._stride)
+        valid = mask & supported
         chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
         wide = fills_view(mask)
         self._last = _Observation(
-            as_complex(coarse(displacement.cells_mm, displacement.valid.shape, self._stride)),
+            coarse_field(
+                displacement.cells_mm,
+                displacement.valid.shape,
+                self._stride,
+                compiled=self.context.compiled,
+            ),
             chosen,
             Load(contact.area, contact.depth),
             contact.source == "image",
@@ -144,19 +152,28 @@ class ShearOfContact(Estimator):
             std_mm=now.std_mm,
             markers=now.markers,
         )
+        degree = cues.degree
         return ContactShear(
             True,
-            cues.degree,
+            degree,
             cues.stick_share,
             cues.motion_mm,
             cues.rotation_mm,
             math.degrees(cues.rotation_rad),
             cues.entropy_bits,
             self._contact.restarted,
-            cues.degree_std,
+            cues.std_of(degree),
             cues.deceleration,
             now.time_s,
         )
+
+    def _supported_points(self, valid: Bool) -> Bool | None:
+        """Return where a field is valid on the grid, (h, w); None if nowhere, by its (H, W)."""
+        # most often the array is that of the frame before
+        if valid is not self._valid:
+            self._valid = valid
+            self._supported = picked(valid, self._stride) if valid.any() else None
+        return self._supported
 
     def _std_mm(self, displacement: DisplacementField, chosen: Bool) -> float | None:
         """Typical standard deviation of a field at the chosen grid points (h, w)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from tactile_core.algorithms.marker_tracking.parameters import GROWTH
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 _IN_CONTACT = (
     "the {} shows the markers of a gel that is touched; for displacements from the undeformed "
@@ -41,6 +43,8 @@ class MarkerTracking(Estimator):
         """Forget the positions of the markers, and the tare."""
         self._tracker: MarkerTracker | None = None
         self._reported: NDArray[np.intp] = np.zeros(0, np.intp)
+        self._all_reported = False
+        self._ids = np.zeros(0, np.int32)
         self._zero_px: NDArray[np.float32] = np.zeros((0, 2), np.float32)
         self._undeformed_px = self._zero_px
         self._before_px = self._undeformed_px, self._zero_px
@@ -81,10 +85,10 @@ class MarkerTracking(Estimator):
                 _IN_CONTACT.format("reference" if self._contact_in_reference else "first frame")
             )
         return MarkerField(
-            ids=np.arange(len(self._reported), dtype=np.int32),
+            ids=self._ids,
             reference_px=self._zero_px,
             px=self._positions_px(),
-            seen=tracker.seen[self._reported],
+            seen=tracker.seen if self._all_reported else tracker.seen[self._reported],
             mm_per_px=self.context.image.mm_per_px,
             timestamp_s=detections.timestamp_s,
             started_in_contact=started_in_contact,
@@ -103,7 +107,9 @@ class MarkerTracking(Estimator):
             )
         self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
         self._reported = np.flatnonzero(~undeformed.truncated)
-        self._zero_px = self._undeformed_px = self._positions_px()
+        self._all_reported = len(self._reported) == count
+        self._ids = _constant(np.arange(len(self._reported), dtype=np.int32))
+        self._zero_px = self._undeformed_px = _constant(self._positions_px())
         if np.array_equal(self._before_px[0], self._undeformed_px):
             self._zero_px = self._before_px[1]
         self._contact_in_reference = shows_contact(undeformed.centres_px)
@@ -111,4 +117,11 @@ class MarkerTracking(Estimator):
 
     def _positions_px(self) -> NDArray[np.float32]:
         assert self._tracker is not None
-        return self._tracker.px[self._reported].astype(np.float32)
+        px = self._tracker.px
+        return (px if self._all_reported else px[self._reported]).astype(np.float32)
+
+
+def _constant(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Return an array that every result may share, so that other steps find it unchanged."""
+    array.flags.writeable = False
+    return array

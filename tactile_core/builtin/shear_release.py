@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+import numpy as np
 from pydantic import BaseModel
 
 from tactile_core.algorithms.slip.release import ShearPeak
@@ -33,8 +34,10 @@ class ReleaseOfShear(Estimator):
 
     def estimate(self, markers: MarkerField) -> ShearRelease:
         """Return the shear and its release; no shear if no marker is seen."""
-        moved_mm = markers.displacement_mm[markers.seen].ravel()
-        square = 2 * float(moved_mm @ moved_mm)
-        shear_mm = math.sqrt(square / len(moved_mm)) if len(moved_mm) else 0.0
+        moved_px, count = markers.px - markers.reference_px, int(np.count_nonzero(markers.seen))
+        if count < len(moved_px):
+            moved_px = moved_px[markers.seen]
+        square = float(np.vdot(moved_px, moved_px)) * markers.mm_per_px**2
+        shear_mm = math.sqrt(square / count) if count else 0.0
         released = self._peak.update(shear_mm, markers.timestamp_s)
         return ShearRelease(shear_mm, released, markers.timestamp_s)

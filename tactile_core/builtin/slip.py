@@ -106,7 +106,7 @@ class Slip(Estimator):
         imprint = imprint if imprint is not None and imprint.tracked else None
         released = 0.0 if release is None else release.released
         evidence = self._evidence(imprint, released, alone=not contact.known)
-        touched = bool(grid_of(contact, "mask").cells.any())
+        touched = bool(np.count_nonzero(grid_of(contact, "mask").cells))
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
             return SlipState("unknown", 0.0, timestamp_s=time_s)

@@ -11,13 +11,7 @@ from pydantic import BaseModel
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.plane import (
-    as_complex,
-    blocks,
-    coarse,
-    picked,
-    stride_of,
-)
+from tactile_core.algorithms.slip.plane import blocks, coarse_field, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
@@ -128,7 +122,7 @@ class SlipContactFinder(Estimator):
     ) -> SlipContact:
         """Return the contact; its mask is empty without contact."""
         mask, load, source = self._find(displacement, frame, reference, markers, height, contact)
-        if not mask.any():
+        if not np.count_nonzero(mask):
             self._release()
         # a first frame as reference may show a contact: then the load is not known
         absolute = reference is not None and not reference.relative
@@ -163,8 +157,14 @@ class SlipContactFinder(Estimator):
             found = self._in_image(frame, reference, markers, shape)
             if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
                 return found
-        cells_mm = displacement.cells_mm
-        moved_mm = np.abs(as_complex(coarse(cells_mm, image_shape, self._stride)))
+        moved_mm = np.abs(
+            coarse_field(
+                displacement.cells_mm,
+                image_shape,
+                self._stride,
+                compiled=self.context.compiled,
+            )
+        )
         if contact is not None and not _fills_view(moved_mm):
             return found
         mask = contact_from_motion(moved_mm)
@@ -181,8 +181,7 @@ class SlipContactFinder(Estimator):
         Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
         down, so the mask misses the border or flickers.
         """
-        mask = picked(contact.mask, self._stride)
-        touched = bool(mask.any())
+        mask: Bool | None = None
         if height is not None:
             grid = grid_of(height, "mm")
             steep, slope = steepness_of(
@@ -193,14 +192,19 @@ class SlipContactFinder(Estimator):
                 spacing_mm=self._spacing_mm,
                 compiled=self.context.compiled,
             )
-            if touched or slope > TOUCH.clear_slope:
+            clear = slope > TOUCH.clear_slope
+            mask = None if clear else picked(contact.mask, self._stride)
+            if mask is None or np.count_nonzero(mask):
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:
-                within = contact_within_ring(steep, TOUCH.min_slope, slope)
-                if within.any():
+                within = contact_within_ring(
+                    steep, TOUCH.min_slope, slope, compiled=self.context.compiled
+                )
+                if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, Load(0.0, math.sqrt(steep.sum())), "height")
-        self._measured_once |= touched
+        mask = picked(contact.mask, self._stride) if mask is None else mask
+        self._measured_once |= bool(mask.any())
         return _Touch(mask, Load(float(np.count_nonzero(contact.mask)), 0.0), "height")
 
     def _in_image(
@@ -219,7 +223,8 @@ class SlipContactFinder(Estimator):
         least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = Load(0.0, math.sqrt(change.sum()))
-        return _Touch(contact_within_ring(change, least), load, "image")
+        mask = contact_within_ring(change, least, compiled=self.context.compiled)
+        return _Touch(mask, load, "image")
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:

@@ -23,6 +23,7 @@ from tactile_core.algorithms.kernels.neighbours import (
     neighbours_plane,
     small_step,
     spacing,
+    steady_step,
 )
 from tactile_core.algorithms.kernels.poisson_columns import (
     backward_columns,
@@ -31,7 +32,13 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.shear import calm_and_entropy, fitted_motion
+from tactile_core.algorithms.kernels.ring import within_ring
+from tactile_core.algorithms.kernels.shear import (
+    fitted_motion,
+    moved_contact,
+    moved_points,
+    recent_span,
+)
 from tactile_core.algorithms.kernels.slopes import (
     corrected_slopes,
     extrapolated,
@@ -41,11 +48,11 @@ from tactile_core.algorithms.kernels.slopes import (
 )
 from tactile_core.algorithms.kernels.spot_pixels import spot_pixels
 from tactile_core.algorithms.kernels.spots import measured_spots
-from tactile_core.algorithms.kernels.steepness import steepness_of
+from tactile_core.algorithms.kernels.steepness import coarse_field, steepness_of
 
 __all__ = [
     "backward_columns",
-    "calm_and_entropy",
+    "coarse_field",
     "contrast_of_bytes",
     "corrected_slopes",
     "double_divergence",
@@ -64,12 +71,15 @@ __all__ = [
     "kinds_of",
     "mean_of_channels",
     "measured_spots",
+    "moved_contact",
+    "moved_points",
     "moved_to_present",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
+    "recent_span",
     "rest_area",
     "rest_cells",
     "rest_plane",
@@ -79,9 +89,11 @@ __all__ = [
     "solve_low",
     "spacing",
     "spot_pixels",
+    "steady_step",
     "steepness_of",
     "total_of_fields",
     "touched_regions",
     "traction_of",
     "undeformed_gain",
+    "within_ring",
 ]

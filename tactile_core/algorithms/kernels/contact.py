@@ -44,11 +44,26 @@ def _above_row(row: Any, limit: Any, out: Any) -> None:
 
 
 @njit(**ROW)
+def _raise_to(row: Any, most: Any) -> None:
+    for j in range(row.size):
+        most[j] = max(most[j], row[j])
+
+
+@njit(**PART)
 def _greatest(values: Any) -> Any:
     most = values[0]
-    for j in range(values.size):
-        most = max(most, values[j])
+    for value in values:
+        most = max(most, value)
     return most
+
+
+@njit(**PART)
+def _peak(coarse: Any) -> Any:
+    """Greatest height; column by column, because a maximum of a single line is not vectorised."""
+    most = coarse[0].copy()
+    for i in range(1, len(coarse)):
+        _raise_to(coarse[i], most)
+    return _greatest(most)
 
 
 @njit(**PART)
@@ -61,6 +76,31 @@ def _height_noise(coarse: Any, step: int, sigma_per_median: float) -> float:
                 depth[found] = -coarse[i, j]
                 found += 1
     return sigma_per_median * quantile_of(depth[:found], 0.5) if found else 0.0
+
+
+@njit(**EXACT_ROW)
+def _bands_of(row: Any, peak: Any, levels: int, band: Any) -> None:
+    for j in range(row.size):
+        band[j] = min(np.int32(np.float32(levels) * (row[j] / peak)), np.int32(levels - 1))
+
+
+@njit(**PART)
+def _add_slopes(slope: Any, band: Any, highest: int, total: Any) -> None:
+    """Add the slopes of a row to the sums (2, 2, bands) of slopes and cells in the lower bands.
+
+    Neighbours, most often of the same band, are added to different sums, so that none waits.
+    """
+    for j in range(band.size):
+        if band[j] <= highest:
+            total[j & 1, 0, band[j]] += slope[j]
+            total[j & 1, 1, band[j]] += 1
+
+
+@njit(**EXACT_ROW)
+def _border_row(row: Any, limit: Any, touched: Any, border: Any) -> None:
+    for j in range(row.size):
+        above = row[j] > limit
+        touched[j], border[j] = above, limit if above else _NONE
 
 
 @njit(**PART)
@@ -112,20 +152,21 @@ def touched_regions(
 
     Returns
     -------
-    bool
-        Whether any cell touches.
+    top, bottom, left, right : int
+        First row and column at or next to a cell that touches, and those after the last; 0 if none
+        does.
     """
     height = len(coarse)
     min_indentation_mm, border_fraction, min_slope, min_area = options
     sigma_per_median, region_sigmas, detection_sigmas, largest_noise_share, quartile = noise
     border_mm[:] = _NONE
-    top_mm = np.float64(_greatest(coarse.reshape(-1)))
+    top_mm = np.float64(_peak(coarse))
     noise_mm = _height_noise(coarse, sample_step, sigma_per_median)
     noise_mm = min(noise_mm, largest_noise_share * top_mm)
     low_mm = max(min_indentation_mm, region_sigmas * noise_mm)
     detectable_mm = max(min_indentation_mm, detection_sigmas * noise_mm)
     if top_mm <= detectable_mm:
-        return False
+        return 0, 0, 0, 0
     slope = np.empty(coarse.shape, np.float32)
     scale = np.float32(0.5 / spacing_mm)
     raised = np.empty(coarse.shape, np.uint8)
@@ -151,22 +192,20 @@ def touched_regions(
         if area[of] >= min_area and peak_mm[of] > detectable_mm and flank[of] >= max(1, min_area):
             band[of] = found
             found += 1
-    slopes, cells = np.zeros((found, levels)), np.zeros((found, levels))
+    total, at = np.zeros((found, 2, 2, levels)), np.empty(coarse.shape[1], np.int32)
     for run in range(count):
         k = band[root[run]]
-        if k >= 0:
+        if k >= 0 and border_fraction < 0:
             y, first, end = runs[run]
-            for j in range(first, end):
-                depth = np.float32(levels) * (coarse[y, j] / peak_mm[root[run]])
-                at = min(int(depth), levels - 1)
-                slopes[k, at] += slope[y, j]
-                cells[k, at] += 1
+            _bands_of(coarse[y, first:end], peak_mm[root[run]], levels, at[first:end])
+            _add_slopes(slope[y, first:end], at[first:end], bands[1] + 1, total[k])
     limit = np.empty(found, np.float32)
     for of in range(count):
         if band[of] >= 0:
             share = border_fraction
             if share < 0:
-                steepest = _steepest_band(slopes[band[of]], cells[band[of]], bands[1])
+                sums = total[band[of], 0] + total[band[of], 1]
+                steepest = _steepest_band(sums[0], sums[1], bands[1])
                 share = bands[2] * (steepest + 0.5) / levels
             limit[band[of]] = max(low_mm, share * np.float64(peak_mm[of]))
     raised[:] = 0
@@ -174,34 +213,30 @@ def touched_regions(
         k = band[root[run]]
         if k >= 0:
             y, first, end = runs[run]
-            _above_row(coarse[y, first:end], limit[k], raised[y, first:end])
-            for j in range(first, end):
-                if raised[y, j]:
-                    border_mm[y, j] = limit[k]
+            row = coarse[y, first:end]
+            _border_row(row, limit[k], raised[y, first:end], border_mm[y, first:end])
     return _without_specks(raised, min_area, border_mm)
 
 
 @njit(**PART)
-def _without_specks(touched: Any, min_area: float, border_mm: Any) -> bool:
-    """Remove the border of small parts; return whether another part remains."""
+def _without_specks(touched: Any, min_area: float, border_mm: Any) -> tuple[int, int, int, int]:
+    """Remove the border of small parts; return the box of the others as :func:`touched_regions`."""
     runs, root = joined_runs(touched)
-    area, any_left = np.zeros(len(runs), np.int64), False
+    area = np.zeros(len(runs), np.int64)
+    (rows, columns), bottom, right = touched.shape, 0, 0
+    top, left = rows, columns
     for run in range(len(runs)):
         area[root[run]] += runs[run, 2] - runs[run, 1]
     for run in range(len(runs)):
+        y, first, end = runs[run]
         if area[root[run]] >= min_area:
-            any_left = True
+            top, bottom = min(top, y), max(bottom, y + 1)
+            left, right = min(left, first), max(right, end)
         else:
-            border_mm[runs[run, 0], runs[run, 1] : runs[run, 2]] = _NONE
-    return any_left
-
-
-@njit(**ROW)
-def _least(row: Any) -> Any:
-    least = row[0]
-    for j in range(row.size):
-        least = min(least, row[j])
-    return least
+            border_mm[y, first:end] = _NONE
+    if not bottom:
+        return 0, 0, 0, 0
+    return max(top - 1, 0), min(bottom + 1, rows), max(left - 1, 0), min(right + 1, columns)
 
 
 @njit(**EXACT_ROW)
@@ -247,13 +282,9 @@ def _repeated(sides: Any, times: int, out: Any) -> None:
 
 
 @njit(**ROW)
-def _lowest_row(above: Any, row: Any, below: Any, lowest: Any) -> Any:
-    least = _NONE
+def _lowest_row(above: Any, row: Any, below: Any, lowest: Any) -> None:
     for j in range(row.size):
-        low = min(row[j], min(above[j], below[j]))
-        lowest[j] = low
-        least = min(least, low)
-    return least
+        lowest[j] = min(row[j], min(above[j], below[j]))
 
 
 @njit(**ROW)
@@ -263,38 +294,17 @@ def _lowest_beside(lowest: Any, near: Any) -> None:
 
 
 @njit(**PART)
-def _lowest_near(border_mm: Any, i: int, spare: Any, near: Any) -> bool:
-    """Lowest border of the 3 × 3 cells around each cell of a row; return whether there is one."""
+def _lowest_near(border_mm: Any, i: int, spare: Any, near: Any) -> None:
+    """Write the lowest border of the 3 × 3 cells around each cell of a row."""
     above, below = max(i - 1, 0), min(i + 1, len(border_mm) - 1)
-    lowest = _lowest_row(border_mm[above], border_mm[i], border_mm[below], spare[1:-1])
-    if lowest == _NONE:
-        return False
+    _lowest_row(border_mm[above], border_mm[i], border_mm[below], spare[1:-1])
     _lowest_beside(spare, near)
-    return True
-
-
-@njit(**PART)
-def _columns(border_mm: Any) -> tuple[int, int]:
-    """First column, and the one after the last, at or next to a border."""
-    width = border_mm.shape[1]
-    first, last = width, -1
-    for i in range(len(border_mm)):
-        row = border_mm[i]
-        if _least(row) == _NONE:
-            continue
-        j = 0
-        while row[j] == _NONE:
-            j += 1
-        first = min(first, j)
-        j = width - 1
-        while row[j] == _NONE:
-            j -= 1
-        last = max(last, j)
-    return max(first - 1, 0), min(last + 2, width)
 
 
 @njit(**LOOP)
-def drawn_contact(cells: Any, border_mm: Any, step_px: int, mask: Any) -> None:
+def drawn_contact(
+    cells: Any, border_mm: Any, box: tuple[int, int, int, int], step_px: int, mask: Any
+) -> None:
     """Set the pixels whose interpolated height is above the border of a cell at or next to them.
 
     Only cells that have a border in their neighbourhood are interpolated.
@@ -304,22 +314,22 @@ def drawn_contact(cells: Any, border_mm: Any, step_px: int, mask: Any) -> None:
     cells : (h, w) float32
         Height.
     border_mm : (h / n, w / n) float32
-        From :func:`touched_regions`, with at least one border.
+    box : (int, int, int, int)
+        From :func:`touched_regions`; not empty.
     step_px : int
         Side of a cell of the height.
     mask : (h · step_px, w · step_px) uint8
         0; overwritten by 1 in contact.
     """
     height, ratio = len(cells), len(cells) // len(border_mm)
-    start, end = _columns(border_mm)
+    top, bottom, start, end = box
     border_mm, start, end = border_mm[:, start:end], start * ratio, end * ratio
     near, limit = np.empty(border_mm.shape[1], np.float32), np.empty(end - start, np.float32)
     spare = np.full(border_mm.shape[1] + 2, _NONE)
     least, most = np.empty(end - start, np.float32), np.empty(end - start, np.float32)
     sides = np.empty(end - start, np.uint8)
-    for block in range(len(border_mm)):
-        if not _lowest_near(border_mm, block, spare, near):
-            continue
+    for block in range(top, bottom):
+        _lowest_near(border_mm, block, spare, near)
         for j in range(near.size):
             for k in range(ratio):
                 limit[ratio * j + k] = near[j]

@@ -1,4 +1,4 @@
-"""Kernel of :func:`tactile_core.algorithms.slip.touched.steepness_of`: slopes on the slip grid."""
+"""Kernels of the grid of slip: its displacements, and its slopes for the contact area."""
 
 from __future__ import annotations
 
@@ -42,6 +42,48 @@ def _sample(cells: Any, step_px: int, stride: int, heights: Any) -> None:
         for j in range(width):
             left = line[lefts[j]]
             heights[i, j] = left + (line[rights[j]] - left) * weights[j]
+
+
+@njit(**PART)
+def _around(at: Any, count: int) -> tuple[int, int, Any]:
+    """Cells before and after a place, and the weight of the second; beyond the border, those."""
+    first = int(np.floor(at))
+    weight = np.float32(at - np.float32(first))
+    return min(max(first, 0), count - 1), min(max(first + 1, 0), count - 1), weight
+
+
+@njit(**LOOP)
+def coarse_field(cells: Any, x: Any, y: Any) -> Any:
+    """Interpolate displacements between the centres of cells.
+
+    Parameters
+    ----------
+    cells : (rows, columns, 2) float32
+    x : (w,) float32
+    y : (h,) float32
+        Places, in cells from the centre of the first one.
+
+    Returns
+    -------
+    (h, w) complex64
+        x + iy.
+    """
+    rows, columns = cells.shape[:2]
+    field = np.empty((y.size, x.size), np.complex64)
+    lefts, rights = np.empty((2, x.size), np.int64)
+    weights, line = np.empty(x.size, np.float32), np.empty(2 * columns, np.float32)
+    for j in range(x.size):
+        lefts[j], rights[j], weights[j] = _around(x[j], columns)
+    for i in range(y.size):
+        top, bottom, weight = _around(y[i], rows)
+        _mixed(cells[top].reshape(-1), cells[bottom].reshape(-1), weight, line)
+        out = field[i].view(np.float32)
+        for j in range(x.size):
+            left, right = 2 * lefts[j], 2 * rights[j]
+            out[2 * j] = line[left] + (line[right] - line[left]) * weights[j]
+            left, right = left + 1, right + 1
+            out[2 * j + 1] = line[left] + (line[right] - line[left]) * weights[j]
+    return field
 
 
 @njit(**ROW)

@@ -29,6 +29,11 @@ class Confidence:
         self._confident = np.ones(count, np.bool_)
         self._agreed = np.zeros(count, np.bool_)
 
+    @property
+    def complete(self) -> bool:
+        """Whether every marker is identified with confidence, and agreed with its neighbours."""
+        return bool(self._confident.all() and self._agreed.all())
+
     def judge(
         self,
         scene: Scene,

@@ -7,8 +7,9 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene
+from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import pairings
-from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION
+from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
 
 
 def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
@@ -54,6 +55,42 @@ def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) ->
     few = misfits <= SMALL_MOTION.max_misfits
     small = bool(few and np.count_nonzero(known) >= enough)
     return owner, np.array([small, small and _smooth(scene, step, known)])
+
+
+def steady(
+    around: Neighbourhood, last_px: Array, momentum_px: Array, found_px: Array
+) -> tuple[Array, Array] | None:
+    """Follow markers of which none was lost, if all of them make a small, smooth step again.
+
+    It is the outcome of :func:`matched` when every marker is searched, matched and smooth, for
+    which a compiled loop needs a single pass.
+
+    Parameters
+    ----------
+    around : Neighbourhood
+    last_px, momentum_px, found_px
+        As for :func:`matched`.
+
+    Returns
+    -------
+    px, momentum_px : (N, 2) float64
+        Present positions, and predicted next steps. None if not all markers do, or without the
+        compiled loop.
+    """
+    loops = kernels.chosen(around.compiled)
+    if loops is None or len(found_px) < len(last_px):
+        return None
+    follows, px, next_px = loops.steady_step(
+        (last_px, momentum_px, found_px),
+        (around.index, around.shares, around.nearest_px),
+        (
+            SMALL_MOTION.gate_spacings,
+            GROWTH.accepted_spacings,
+            SMALL_MOTION.max_misfits,
+            TRACKER.momentum,
+        ),
+    )
+    return (px, next_px) if follows else None
 
 
 def _smooth(scene: Scene, step: Array, known: Bool) -> bool:

@@ -11,7 +11,7 @@ from tactile_core.algorithms.marker_tracking.hypotheses import best_explanation
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
-from tactile_core.algorithms.marker_tracking.small_motion import matched
+from tactile_core.algorithms.marker_tracking.small_motion import matched, steady
 
 
 class MarkerTracker:
@@ -65,6 +65,7 @@ class MarkerTracker:
         self.lost = False
         self.began_displaced: bool | None = None
         self._tracked = self.seen
+        self._complete = False
         self._confidence = Confidence(count)
         self._momentum_px = np.zeros((count, 2))
         self._uncertainty_px = np.zeros(count)
@@ -78,6 +79,12 @@ class MarkerTracker:
         if self._around is None:
             self.lost = True
             return
+        if self._complete:
+            followed = steady(self._around, self.px, self._momentum_px, found_px)
+            if followed is not None:
+                self.px, self._momentum_px = followed
+                self.seen = self._tracked
+                return
         scene = Scene(
             self._around,
             found_px,
@@ -95,6 +102,7 @@ class MarkerTracker:
             self._momentum_px[:] = 0
         else:
             self._accept(scene, self._around, owner, smooth)
+        self._complete = bool(self._tracked.all()) and self._confidence.complete
         if self.began_displaced is None:
             self.began_displaced = self.lost or self._displaced(self._around)
 

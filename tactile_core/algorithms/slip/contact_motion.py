@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.arrays.types import Bool, Complex64, Float32
+from tactile_core.algorithms.arrays.types import Bool, Complex64, Float32, Intp
 from tactile_core.algorithms.entropy import ENTROPY, displacement_entropy
-from tactile_core.algorithms.slip.plane import parts, since, strain
-from tactile_core.algorithms.slip.stick_region import STICK_REGION, calm_weights
+from tactile_core.algorithms.slip.plane import PLANE, positions_mm, since, since_at, strain
+from tactile_core.algorithms.slip.stick_region import (
+    STICK_REGION,
+    StickRegion,
+    calm_weights,
+    far_weights,
+    fit_options,
+    fitted_region,
+    stick_region,
+)
 
 _CALM = (
     STICK_REGION.calm_quantile,
@@ -28,17 +37,23 @@ class ContactMotion(NamedTuple):
 
     Attributes
     ----------
+    points : (n,) intp
+        Flat indices.
     displacement : (n,) complex64
         Of each point, x + iy in mm.
     weight : (n,) float32
         Large for points that probably stick: :func:`calm_weights`.
     entropy_bits : float
         Entropy of the magnitude of the displacement in the whole contact.
+    region : StickRegion
+        The rigid motion of the points that stick.
     """
 
+    points: Intp
     displacement: Complex64
     weight: Float32
     entropy_bits: float
+    region: StickRegion
 
 
 def contact_motion(
@@ -48,6 +63,7 @@ def contact_motion(
     mask: Bool,
     every: int = 1,
     *,
+    noise_mm: float = STICK_REGION.noise_mm,
     compiled: bool = False,
 ) -> ContactMotion:
     """Return the motion since the load settled.
@@ -62,19 +78,68 @@ def contact_motion(
         The contact area; not empty.
     every : int
         Distance of the points in the list of all points of the contact, row by row.
+    noise_mm : float
+        Noise of a displacement.
     compiled : bool
         Whether to use the compiled loop if it is available.
     """
+    loops = kernels.chosen(compiled)
+    if loops is not None:
+        grid, fit = (spacing_mm, PLANE.iterations), fit_options(noise_mm)
+        moved, lag_mm, last, rigid = loops.moved_contact(
+            now, before, mask, every, grid, _CALM, fit, _BIN_MM
+        )
+        points, displacement, weight, entropy_bits = moved
+        region = fitted_region(lag_mm, last, rigid)
+        return ContactMotion(points, displacement, weight, entropy_bits, region)
     left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
     # with a rim, so that the strain is that of the whole field
     window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
-    moved, mask = since(now, before, spacing_mm, window=window), mask[window]
-    chosen = np.flatnonzero(mask)[::every]
+    moved, inside = since(now, before, spacing_mm, window=window), mask[window]
+    chosen = np.flatnonzero(inside)[::every]
     displacement = moved.ravel()[chosen]
+    weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))
+    points = np.flatnonzero(mask)[::every]
+    position = positions_mm(mask.shape, spacing_mm).ravel()[points]
+    entropy_bits = displacement_entropy(np.abs(moved), inside)
+    region = stick_region(displacement, position, weight, noise_mm)
+    return ContactMotion(points, displacement, weight, entropy_bits, region)
+
+
+def recent_motion(
+    now: Complex64,
+    before: Complex64,
+    spacing_mm: float,
+    points: Intp,
+    weight: NDArray[Any],
+    *,
+    compiled: bool = False,
+) -> tuple[Complex64, NDArray[Any]]:
+    """Return the motion of points of the contact since a recent field, and initial weights.
+
+    Parameters
+    ----------
+    now, before : (h, w) complex64
+        See :func:`since`.
+    spacing_mm : float
+        Distance between neighbouring grid points.
+    points : (n,) intp
+        Flat indices.
+    weight : (n,)
+        Of the stick region of a longer motion.
+    compiled : bool
+        Whether to use the compiled loop if it is available.
+
+    Returns
+    -------
+    displacement : (n,) complex64
+    weight : (n,)
+        Small for points that lag behind in either motion.
+    """
     loops = kernels.chosen(compiled)
     if loops is None:
-        weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))
-        return ContactMotion(displacement, weight, displacement_entropy(np.abs(moved), mask))
-    per_point = np.float32(1 / spacing_mm)
-    found = loops.calm_and_entropy(parts(moved), mask, chosen, per_point, _CALM, _BIN_MM)
-    return ContactMotion(displacement, *found)
+        moved = since_at(now, before, spacing_mm, points)
+        return moved, weight * far_weights(moved)
+    weight, grid = weight.astype(np.float32), (spacing_mm, PLANE.iterations)
+    moved = loops.moved_points(now, before, points, grid, STICK_REGION.distance_power, weight)
+    return moved, weight

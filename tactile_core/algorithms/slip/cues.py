@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from typing import NamedTuple
 
 from tactile_core.algorithms.slip.slipped_share import slipped_share, slipped_share_std
@@ -39,8 +39,7 @@ DEGREE = DegreeParameters()
 """The values in use."""
 
 
-@dataclass(frozen=True)
-class Cues:
+class Cues(NamedTuple):
     """Cues of slip from the displacement field.
 
     Attributes
@@ -86,10 +85,9 @@ class Cues:
         """Degree of slip: the share of the contact that slips."""
         return slipped_share(self.evidence, turned=self.turned)
 
-    @property
-    def degree_std(self) -> float:
+    def std_of(self, degree: float) -> float:
         """Standard deviation of the degree."""
-        return slipped_share_std(self.degree, turned=self.turned, deceleration=self.deceleration)
+        return slipped_share_std(degree, turned=self.turned, deceleration=self.deceleration)
 
     @property
     def evidence(self) -> float:
@@ -104,7 +102,7 @@ class Cues:
         """
         drop = 0.0 if self.wide else self.stick_share_drop
         stick = max(0.0, self.stick_share - drop)
-        lost = 1 - float(stick**DEGREE.share_power)
-        shown = 1 - float(stick**DEGREE.wide_share_power) if self.wide else lost
+        lost = 1 - math.pow(stick, DEGREE.share_power)
+        shown = 1 - math.pow(stick, DEGREE.wide_share_power) if self.wide else lost
         weight = DEGREE.turned_weight if self.turned else DEGREE.deceleration_weight
         return (shown + weight * lost**2 * self.deceleration) / (1 + DEGREE.deceleration_weight)

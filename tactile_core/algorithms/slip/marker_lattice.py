@@ -103,6 +103,8 @@ class MarkerLattice:
         self._undecided = MARKER_LATTICE.watched_frames if found else 0
         self.regular = found and (self._is_regular(px) or self._is_strained(px))
         self._fit: _Fit | None = None
+        self._apart: Float64 | None = None
+        self._apart_s = 0.0
         self._square = np.zeros(len(nodes))
         self._seen_s = np.full(len(nodes), -np.inf)
 
@@ -124,22 +126,38 @@ class MarkerLattice:
             Root mean square distance of the markers from the polynomial, relative to the pitch. It
             is noise without contact. None if the markers form no lattice, or too few are seen.
         """
-        detected = np.asarray(seen, np.bool_)[self._chosen]
-        count = self._terms.shape[1]
         if self._undecided and not self.regular:
             self._undecided -= 1
             self.regular = self._is_regular(px)
-        if not self.regular or np.count_nonzero(detected) < count + MARKER_LATTICE.spare_markers:
+        if not self.regular:
             return None
-        if self._fit is None or not np.array_equal(detected, self._fit.detected):
-            self._fit = _Fit.of(detected, self._terms)
-        places = np.asarray(px, np.float64)[self._chosen[detected]]
-        apart = (places - self._fit.terms @ (self._fit.inverse @ places)) / self._pitch_px
-        self._square[detected] = (apart * apart) @ _ONES
-        self._seen_s[detected] = time_s
-        recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
-        held = np.count_nonzero(recent) - count
-        return math.sqrt(float(self._square @ recent) / held)
+        count, key = self._terms.shape[1], np.asarray(seen, np.bool_).tobytes()
+        if self._fit is None or key != self._fit.seen:
+            detected = np.asarray(seen, np.bool_)[self._chosen]
+            self._fit = _Fit.of(key, detected, self._chosen, self._terms)
+        fit = self._fit
+        if len(fit.markers) < count + MARKER_LATTICE.spare_markers:
+            return None
+        places = np.asarray(px, np.float64).take(fit.markers, axis=0)
+        apart = places - fit.terms @ (fit.inverse @ places)
+        if fit.detected is None:
+            # the squares are needed only once a marker is not detected
+            self._apart, self._apart_s = apart, time_s
+            total, held = float(np.vdot(apart, apart)), len(apart) - count
+        else:
+            square = self._squares()
+            square[fit.detected] = (apart * apart) @ _ONES
+            self._seen_s[fit.detected] = time_s
+            recent = self._seen_s >= time_s - MARKER_LATTICE.hold_s
+            total, held = float(square @ recent), int(np.count_nonzero(recent)) - count
+        return math.sqrt(total / held) / self._pitch_px
+
+    def _squares(self) -> Float64:
+        """Squared distance of each marker (M,) from the polynomial when it was last detected."""
+        if self._apart is not None:
+            self._square, self._apart = (self._apart * self._apart) @ _ONES, None
+            self._seen_s[:] = self._apart_s
+        return self._square
 
     def _is_regular(self, px: Array) -> bool:
         """Whether neighbours place the median marker where it is."""
@@ -168,23 +186,33 @@ class _Fit(NamedTuple):
 
     Attributes
     ----------
-    detected : (M,) bool
+    seen : bytes
+        Which of all markers are seen.
+    detected : (M,) bool or None
+        Which of those on the lattice are; None if all of them.
+    markers : (N,) intp
+        Numbers of these.
     terms : (N, terms)
         Of the detected markers.
     inverse : (terms, N)
         Coefficients for places of 1.
     """
 
-    detected: Bool
+    seen: bytes
+    detected: Bool | None
+    markers: Intp
     terms: Float64
     inverse: Float64
 
     @classmethod
-    def of(cls, detected: Bool, terms: Float64) -> _Fit:
+    def of(cls, seen: bytes, detected: Bool, chosen: Intp, terms: Float64) -> _Fit:
         terms = terms[detected]
+        markers, some = chosen[detected], None if detected.all() else detected
+        if len(terms) < terms.shape[1] + MARKER_LATTICE.spare_markers:
+            return cls(seen, some, markers, terms, terms.T)
         # normal equations: the terms are of order 1, and much faster than a decomposition
         inverse = np.linalg.solve(terms.T @ terms, terms.T)
-        return cls(detected, terms, np.asarray(inverse, np.float64))
+        return cls(seen, some, markers, terms, np.asarray(inverse, np.float64))
 
 
 _ONES = np.ones(2)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
@@ -57,11 +58,27 @@ def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32
         At the pixels that :func:`picked` samples.
     """
     per_px = tuple(n / side for n, side in zip(cells.shape[:2], image_shape[:2], strict=True))
-    x, y = _places(per_px, image_shape[:2], stride)
+    x, y = _meshed_places(per_px, image_shape[:2], stride)
     how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
     # one by one, because OpenCV rounds the places of two channels to 1/32 of a cell
     planes = [cv2.remap(each, x, y, how, borderMode=border) for each in cv2.split(cells)]
     return np.asarray(cv2.merge(planes), np.float32)
+
+
+def coarse_field(
+    cells: Float32, image_shape: tuple[int, ...], stride: int, *, compiled: bool = False
+) -> Complex64:
+    """Do the same with displacements (rows, columns, 2), x + iy, (h, w).
+
+    ``compiled`` is whether to use the compiled loop if it is available.
+    """
+    loops = kernels.chosen(compiled)
+    if loops is None:
+        return as_complex(coarse(cells, image_shape, stride))
+    height, width = image_shape[:2]
+    per_px = len(cells) / height, cells.shape[1] / width
+    places = _places(per_px, (height, width), stride)
+    return np.asarray(loops.coarse_field(np.ascontiguousarray(cells), *places), np.complex64)
 
 
 def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
@@ -83,7 +100,7 @@ def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: 
     """
     if step_px == 1:
         return picked(cells, stride)
-    x, y = _places((1 / step_px, 1 / step_px), image_shape, stride)
+    x, y = _meshed_places((1 / step_px, 1 / step_px), image_shape, stride)
     how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
     return np.asarray(cv2.remap(cells, x, y, how, borderMode=border), np.float32)
 
@@ -92,12 +109,20 @@ def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: 
 def _places(
     per_px: tuple[float, ...], image_shape: tuple[int, ...], stride: int
 ) -> tuple[Float32, Float32]:
-    """Column and row (h, w) of each grid point in cells, of which so many are in a pixel."""
+    """Columns (w,) and rows (h,) of the grid points in cells, of which so many are in a pixel."""
     rows, columns = (
-        (np.arange(stride // 2, side, stride) + 0.5) * share - 0.5
+        np.asarray((np.arange(stride // 2, side, stride) + 0.5) * share - 0.5, np.float32)
         for share, side in zip(per_px, image_shape, strict=True)
     )
-    x, y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))
+    return columns, rows
+
+
+@lru_cache(maxsize=8)
+def _meshed_places(
+    per_px: tuple[float, ...], image_shape: tuple[int, ...], stride: int
+) -> tuple[Float32, Float32]:
+    """Column and row (h, w) of each grid point."""
+    x, y = np.meshgrid(*_places(per_px, image_shape, stride))
     return x, y
 
 

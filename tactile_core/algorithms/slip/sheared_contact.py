@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.types import Bool, Complex64, Float32, Intp
-from tactile_core.algorithms.slip.contact_motion import contact_motion
+from tactile_core.algorithms.arrays.types import Bool, Complex64, Intp
+from tactile_core.algorithms.slip.contact_motion import contact_motion, recent_motion
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import positions_mm, since_at
+from tactile_core.algorithms.slip.plane import positions_mm
+from tactile_core.algorithms.slip.recent_fields import RecentFields, SpanLimits
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
     StickRegion,
@@ -143,6 +143,11 @@ class ShearedContact:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
         self._compiled = compiled
         self.window_mm, self.tolerance = window_mm, tolerance
+        # slipping points move less than those that stick, so the farthest are taken
+        self._limits = SpanLimits(
+            SHEARED_CONTACT.far_quantile, window_mm, SHEARED_CONTACT.rest_noises * noise_mm
+        )
+        self._before = RecentFields(SHEARED_CONTACT.history_frames, compiled=compiled)
         self.release()
 
     def release(self) -> None:
@@ -189,16 +194,20 @@ class ShearedContact:
         if self._settled is None or self.restarted:
             self._settled, self._load = field, load
             self._restart()
-        chosen = np.flatnonzero(mask)
-        if len(chosen) < SHEARED_CONTACT.min_points:
+        count = int(np.count_nonzero(mask))
+        if count < SHEARED_CONTACT.min_points:
             return Cues()
-        every = 1 + len(chosen) // SHEARED_CONTACT.max_points
-        chosen = chosen[::every]
-        position = positions_mm(field.shape, self.spacing_mm).ravel()[chosen]
+        every = 1 + count // SHEARED_CONTACT.max_points
         moved = contact_motion(
-            field, self._settled, self.spacing_mm, mask, every, compiled=self._compiled
+            field,
+            self._settled,
+            self.spacing_mm,
+            mask,
+            every,
+            noise_mm=self.noise_mm,
+            compiled=self._compiled,
         )
-        whole = self._region(moved.displacement, position, moved.weight)
+        whole = moved.region
         self._sheared_mm = whole.sheared_mm
         before = self._stick_share if self._measured else 0.0
         tolerance = self.tolerance
@@ -211,7 +220,7 @@ class ShearedContact:
         if wide and not turned:
             of_field_mm = self.noise_mm / WIDE_CONTACT.noise_share if std_mm is None else std_mm
             wide_std_mm = smoothed_std_mm(of_field_mm, markers)
-        self._measure(field, chosen, position, whole, tolerance, wide_std_mm)
+        self._measure(field, moved.points, whole, tolerance, wide_std_mm)
         self._before.append(field)
         return Cues(
             self._stick_share,
@@ -225,7 +234,7 @@ class ShearedContact:
         )
 
     def _restart(self) -> None:
-        self._before: deque[Complex64] = deque(maxlen=SHEARED_CONTACT.history_frames)
+        self._before.clear()
         self._stick_share = 1.0
         self._measured = False
         self._peak_mm = self._deceleration = self._sheared_mm = 0.0
@@ -235,16 +244,13 @@ class ShearedContact:
         limit = SHEARED_CONTACT.load_growth
         if self._sheared_mm >= SHEARED_CONTACT.sheared_mm:
             limit = SHEARED_CONTACT.load_growth_sheared
-        return any(now > limit * before for now, before in zip(load, self._load, strict=True))
-
-    def _region(self, displacement: Complex64, position: Complex64, start: Float32) -> StickRegion:
-        return stick_region(displacement, position, start, self.noise_mm, compiled=self._compiled)
+        area, depth = self._load
+        return load.area > limit * area or load.depth > limit * depth
 
     def _measure(
         self,
         field: Complex64,
-        chosen: Intp,
-        position: Complex64,
+        points: Intp,
         whole: StickRegion,
         tolerance: float,
         wide_std_mm: float | None,
@@ -256,14 +262,22 @@ class ShearedContact:
         shortest_mm = SHEARED_CONTACT.min_window * self.window_mm
         if not self._before or whole.motion_mm < shortest_mm:
             return
-        span, moved_mm = self._recent(field, chosen)
+        # the sum of motions around a rest, or there and back, is none of an object
+        span, moved_mm = self._before.span(field, points, self._limits)
         if moved_mm <= SHEARED_CONTACT.moved_noises * self.noise_mm:
             self._update_speed(moved_mm / span)
             return
-        recent = since_at(field, self._before[-span], self.spacing_mm, chosen)
+        recent, start = recent_motion(
+            field,
+            self._before[span],
+            self.spacing_mm,
+            points,
+            whole.weight,
+            compiled=self._compiled,
+        )
+        position = positions_mm(field.shape, self.spacing_mm).ravel()[points]
         if wide_std_mm is None:
-            start = whole.weight * far_weights(recent)
-            region = self._region(recent, position, start)
+            region = stick_region(recent, position, start, self.noise_mm, compiled=self._compiled)
             noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
             stick_share = region.stick_share(tolerance, noise_mm)
         else:
@@ -284,27 +298,6 @@ class ShearedContact:
         kept = self._deceleration >= SHEARED_CONTACT.decelerated and stick_share > self._stick_share
         if moved_mm >= shortest_mm and not kept:
             self._stick_share, self._measured = stick_share, True
-
-    def _recent(self, field: Complex64, chosen: Intp) -> tuple[int, float]:
-        """Number of frames in which the surface moved by the window, and how far it moved.
-
-        Fewer if it rested or turned back in between: the sum of such motions is none of an object.
-        """
-        now = field.ravel()[chosen]
-
-        def far(span: int) -> float:
-            """Displacement of the points that moved farthest; slipping ones move less."""
-            moved = np.abs(now - self._before[-span].ravel()[chosen])
-            return quantile(moved, SHEARED_CONTACT.far_quantile)
-
-        span, moved_mm = 1, far(1)
-        rest_mm = SHEARED_CONTACT.rest_noises * self.noise_mm
-        while moved_mm < self.window_mm and span < len(self._before):
-            longer_mm = far(span + 1)
-            if longer_mm < moved_mm + rest_mm:
-                break
-            span, moved_mm = span + 1, longer_mm
-        return span, moved_mm
 
     def _update_speed(self, rate_mm: float) -> None:
         self._peak_mm = max(self._peak_mm, rate_mm)

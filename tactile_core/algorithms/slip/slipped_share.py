@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from typing import NamedTuple
-
-import numpy as np
 
 
 class SlippedShareParameters(NamedTuple):
@@ -88,4 +87,12 @@ def slipped_share_std(share: float, *, turned: bool, deceleration: float) -> flo
     """
     use = SLIPPED_SHARE
     std = use.slowing_std if deceleration >= use.slowing else use.std
-    return float(np.interp(share, use.knots, use.turned_std if turned else std))
+    return _interpolated(share, use.knots, use.turned_std if turned else std)
+
+
+def _interpolated(at: float, knots: tuple[float, ...], values: tuple[float, ...]) -> float:
+    """Return what ``np.interp`` does, for one number."""
+    above = min(max(bisect_right(knots, at), 1), len(knots) - 1)
+    low, high = knots[above - 1], knots[above]
+    share = min(max((at - low) / (high - low), 0.0), 1.0)
+    return values[above - 1] + share * (values[above] - values[above - 1])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +11,6 @@ from numpy.typing import NDArray
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Complex64
-from tactile_core.algorithms.slip.plane import parts
 
 _TINY = 1e-12
 """Added to denominators against division by zero."""
@@ -64,8 +61,7 @@ STICK_REGION = StickRegionParameters()
 """The values in use."""
 
 
-@dataclass(frozen=True)
-class StickRegion:
+class StickRegion(NamedTuple):
     """Rigid motion of the stick region, and the lag of the rest of the contact.
 
     Attributes
@@ -97,7 +93,7 @@ class StickRegion:
     def stick_share(self, tolerance: float, noise_mm: float = STICK_REGION.noise_mm) -> float:
         """Return the share of the contact that lags by less than this share of the motion."""
         limit_mm = max(tolerance * self.motion_mm, noise_mm)
-        return np.count_nonzero(self.lag_mm < limit_mm) / len(self.lag_mm)
+        return int(np.count_nonzero(self.lag_mm < limit_mm)) / len(self.lag_mm)
 
 
 def calm_weights(displacement: Complex64, strain: NDArray[Any]) -> NDArray[Any]:
@@ -154,7 +150,10 @@ def stick_region(
     """
     loops = kernels.chosen(compiled)
     if loops is not None:
-        return _looped(loops, displacement, position, start, noise_mm, lag_tolerance)
+        lag_mm, last = np.empty(len(start), np.float32), start.astype(np.float32)
+        places = np.ascontiguousarray(displacement), np.ascontiguousarray(position)
+        fit = fit_options(noise_mm, lag_tolerance)
+        return fitted_region(lag_mm, last, loops.fitted_motion(*places, fit, lag_mm, last))
     weight, contact = start, _Contact(displacement, position)
     for _ in range(STICK_REGION.rounds):
         shift, rate = contact.rigid(weight)
@@ -173,33 +172,25 @@ def stick_region(
     )
 
 
-def _looped(
-    loops: ModuleType,
-    displacement: Complex64,
-    position: Complex64,
-    start: NDArray[Any],
-    noise_mm: float,
-    lag_tolerance: float,
+def fit_options(
+    noise_mm: float, lag_tolerance: float = STICK_REGION.lag_tolerance
+) -> tuple[float, float, int, float]:
+    """Return the options of the compiled loop."""
+    return noise_mm, lag_tolerance, STICK_REGION.rounds, STICK_REGION.max_sine
+
+
+def fitted_region(
+    lag_mm: NDArray[Any], weight: NDArray[Any], rigid: tuple[float, ...]
 ) -> StickRegion:
-    """Do the same by the compiled loop."""
-    lag, weight = np.empty(len(start), np.float32), start.astype(np.float32)
-    shift_x, shift_y, sine, motion_mm, rotation_mm, sheared_mm = loops.fitted_motion(
-        parts(np.ascontiguousarray(displacement)),
-        parts(np.ascontiguousarray(position)),
-        noise_mm,
-        lag_tolerance,
-        STICK_REGION.rounds,
-        STICK_REGION.max_sine,
-        lag,
-        weight,
-    )
+    """Return the result of the compiled loop: lags and weights (n,), and the rigid motion."""
+    shift_x, shift_y, sine, motion_mm, rotation_mm, sheared_mm = rigid
     return StickRegion(
         complex(shift_x, shift_y),
         math.asin(sine),
         motion_mm,
         rotation_mm,
         sheared_mm,
-        lag,
+        lag_mm,
         weight,
     )
 

@@ -7,12 +7,13 @@ the field and averages the noise of all markers.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Bool, Complex64
+from tactile_core.algorithms.arrays.types import Bool, Complex64, Intp
 
 
 class WideContactParameters(NamedTuple):
@@ -71,8 +72,15 @@ def fills_view(mask: Bool) -> bool:
 
 def rim_share(mask: Bool) -> float:
     """Return the share of the border of the view that a mask (h, w) covers; corners count twice."""
-    sides = mask[0], mask[-1], mask[:, 0], mask[:, -1]
-    return sum(np.count_nonzero(side) for side in sides) / (2 * sum(mask.shape))
+    rim = _rim(mask.shape)
+    return np.count_nonzero(mask.take(rim)) / len(rim)
+
+
+@lru_cache(maxsize=4)
+def _rim(shape: tuple[int, ...]) -> Intp:
+    """Flat indices of the points at the border of the view; corners twice."""
+    index = np.arange(shape[0] * shape[1]).reshape(shape)
+    return np.concatenate([index[0], index[-1], index[:, 0], index[:, -1]])
 
 
 def smoothed_std_mm(std_mm: float, markers: int | None) -> float:

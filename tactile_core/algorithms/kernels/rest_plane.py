@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN
-from tactile_core.algorithms.kernels.options import LOOP, PART
+from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 from tactile_core.algorithms.kernels.selection import median_of, mode_of
 
 _SIGMA_PER_MEDIAN = SIGMA_PER_MEDIAN
@@ -61,55 +61,80 @@ def _solved(a: Any, b: Any) -> None:
         b[i] /= a[i, i]
 
 
-@njit(**PART)
-def _above(plane: Any, x: Any, y: Any, z: Any, out: Any) -> None:
-    for i in range(len(z)):
-        out[i] = z[i] - plane[0] - x[i] * plane[1] - y[i] * plane[2]
+@njit(**EXACT_ROW)
+def _above(x: Any, y: Any, z: Any, plane: tuple[Any, Any, Any], out: Any) -> None:
+    level, across, down = plane
+    for i in range(out.size):
+        out[i] = z[i] - level - x[i] * across - y[i] * down
+
+
+@njit(**EXACT_ROW)
+def _sizes(p: Any, q: Any, p0: Any, q0: Any, out: Any) -> None:
+    for i in range(out.size):
+        across, down = p[i] - p0, q[i] - q0
+        out[i] = np.sqrt(across * across + down * down)
+
+
+@njit(**EXACT_ROW)
+def _nearness(residual: Any, bound: Any, near: Any) -> None:
+    for i in range(near.size):
+        near[i] = abs(residual[i]) / bound
+
+
+@njit(**ROW)
+def _weighted_sums(x: Any, y: Any, residual: Any, near: Any) -> tuple[Any, ...]:
+    """Sums of Tukey's weights, and of their products with the terms and with the residuals."""
+    one = of_x = of_y = xx = xy = yy = left = left_x = left_y = 0.0
+    for i in range(near.size):
+        inside = max(1 - near[i] * near[i], 0.0)
+        weight = inside * inside
+        wx, wy = weight * x[i], weight * y[i]
+        one += weight
+        of_x += wx
+        of_y += wy
+        xx += wx * x[i]
+        xy += wx * y[i]
+        yy += wy * y[i]
+        left += weight * residual[i]
+        left_x += wx * residual[i]
+        left_y += wy * residual[i]
+    return one, of_x, of_y, xx, xy, yy, left, left_x, left_y
 
 
 @njit(**PART)
 def _robust_plane(
-    x: Any,
-    y: Any,
-    z: Any,
-    calm: Any,
-    plane: Any,
+    samples: tuple[Any, Any, Any],
+    plane: tuple[float, float, float],
     sigma: float,
     regression: tuple[int, float, float, float],
-) -> None:
-    """Tukey's biweight regression of the calm samples; updates ``plane``."""
+) -> tuple[float, float, float]:
+    """Tukey's biweight regression of samples (x, y, z), from a good start."""
     rounds, biweight_sigmas, least_sigma, ridge = regression
-    count = len(z)
-    residual, near, term = np.empty(count), np.empty(count), np.empty(3)
+    x, y, z = samples
+    residual, near, size = np.empty(len(z)), np.empty(len(z)), np.empty(len(z))
     normal, pull = np.empty((3, 3)), np.empty(3)
-    term[0] = 1.0
-    samples = 0
-    for i in range(count):
-        samples += calm[i]
-    _above(plane, x, y, z, residual)
+    _above(x, y, z, plane, residual)
     for _ in range(rounds):
-        bound = biweight_sigmas * max(sigma, least_sigma)
-        for a in range(3):
-            pull[a] = 0.0
-            for b in range(3):
-                normal[a, b] = ridge * samples if a == b else 0.0
-        for i in range(count):
-            near[i] = abs(residual[i]) / bound if calm[i] else np.inf
-            if near[i] < 1:
-                weight = (1 - near[i] ** 2) ** 2
-                term[1], term[2] = x[i], y[i]
-                for a in range(3):
-                    pull[a] += weight * term[a] * residual[i]
-                    for b in range(3):
-                        normal[a, b] += weight * term[a] * term[b]
+        _nearness(residual, biweight_sigmas * max(sigma, least_sigma), near)
+        one, of_x, of_y, xx, xy, yy, left, left_x, left_y = _weighted_sums(x, y, residual, near)
+        damping = ridge * len(z)
+        normal[0, 0], normal[1, 1], normal[2, 2] = one + damping, xx + damping, yy + damping
+        normal[0, 1] = normal[1, 0] = of_x
+        normal[0, 2] = normal[2, 0] = of_y
+        normal[1, 2] = normal[2, 1] = xy
+        pull[0], pull[1], pull[2] = left, left_x, left_y
         _solved(normal, pull)
-        for a in range(3):
-            plane[a] += pull[a]
-        _above(plane, x, y, z, residual)
-        for i in range(count):
-            residual[i] = abs(residual[i])
-        sigma = _SIGMA_PER_MEDIAN * median_of(_up_to(np.nextafter(1.0, 0.0), near, residual))
-        _above(plane, x, y, z, residual)
+        plane = plane[0] + pull[0], plane[1] + pull[1], plane[2] + pull[2]
+        _above(x, y, z, plane, residual)
+        kept = 0
+        for i in range(near.size):
+            if near[i] < 1:
+                size[kept] = abs(residual[i])
+                kept += 1
+        if not kept:
+            break
+        sigma = _SIGMA_PER_MEDIAN * median_of(size[:kept])
+    return plane
 
 
 @njit(**PART)
@@ -156,40 +181,37 @@ def rest_plane(
     height_mm, gx, gy = images
     rows, columns = height_mm.shape
     across = (columns - step // 2 + step - 1) // step
-    count = across * ((rows - step // 2 + step - 1) // step)
+    down = (rows - step // 2 + step - 1) // step
+    count = across * down
     x, y, z = np.empty(count), np.empty(count), np.empty(count)
     p, q, size = np.empty(count), np.empty(count), np.empty(count)
     _samples(height_mm, step, z)
     _samples(gx, step, p)
     _samples(gy, step, q)
-    tilt_x, tilt_y = median_of(p.copy()), median_of(q.copy())
-    calm, calm_count = np.empty(count, np.bool_), 0
+    tilt_x, tilt_y = median_of(p), median_of(q)
+    _sizes(p, q, tilt_x, tilt_y, size)
+    calm_count = 0
     for i in range(count):
-        x[i] = (step // 2 + i % across * step - (columns - 1) / 2) * mm_per_px
-        y[i] = (step // 2 + i // across * step - (rows - 1) / 2) * mm_per_px
-        size[i] = np.hypot(p[i] - tilt_x, q[i] - tilt_y)
-        calm[i] = size[i] < drift_slope
-        calm_count += calm[i]
+        calm_count += size[i] < drift_slope
     if calm_count < least_calm * count or np.hypot(tilt_x, tilt_y) > drift_slope:
-        for i in range(count):
-            size[i] = np.hypot(p[i], q[i])
-        return _mode(_up_to(median_of(size.copy()), size, z), levels[2])[0], 0.0, 0.0
+        _sizes(p, q, 0.0, 0.0, size)
+        return _mode(_up_to(median_of(size), size, z), levels[2])[0], 0.0, 0.0
+    for i in range(down):
+        for j in range(across):
+            x[i * across + j] = (step // 2 + j * step - (columns - 1) / 2) * mm_per_px
+            y[i * across + j] = (step // 2 + i * step - (rows - 1) / 2) * mm_per_px
     levelled = np.empty(count)
-    plane = np.empty(3)
-    plane[0], plane[1], plane[2] = 0.0, tilt_x, tilt_y
-    _above(plane, x, y, z, levelled)
-    flat = _up_to(median_of(size.copy()), size, levelled)
-    of_calm, kept = np.empty(calm_count), 0
+    _above(x, y, z, (0.0, tilt_x, tilt_y), levelled)
+    flat = _up_to(median_of(size), size, levelled)
     least = most = levelled[0]
     for i in range(count):
         least, most = min(least, levelled[i]), max(most, levelled[i])
-        if calm[i]:
-            of_calm[kept] = levelled[i]
-            kept += 1
     apart = levels[0] * (most - least)
+    below = np.nextafter(drift_slope, 0.0)
+    calm = _up_to(below, size, x), _up_to(below, size, y), _up_to(below, size, z)
+    of_calm = _up_to(below, size, levelled)
     level, spread = _lower_level(flat, of_calm, apart, levels, regression[1])
-    plane[0] = level
-    _robust_plane(x, y, z, calm, plane, spread, regression)
+    plane = _robust_plane(calm, (level, tilt_x, tilt_y), spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:
         return level, tilt_x, tilt_y
-    return plane[0], plane[1], plane[2]
+    return plane

@@ -76,19 +76,6 @@ def sort(values: Any) -> None:
 
 
 @njit(**PART)
-def median_of(values: Any) -> float:
-    """Median of (N,) float64 values, in any order; they are reordered."""
-    half = values.size // 2
-    _move_least(values, 0, half)
-    if values.size % 2:
-        return float(values[half])
-    below = values[0]
-    for k in range(half):
-        below = max(below, values[k])
-    return float((below + values[half]) / 2)
-
-
-@njit(**PART)
 def mode_of(values: Any, steps: int, count: int, single: bool) -> tuple[float, float]:
     """Find where (N,) float64 values are densest; they are sorted.
 
@@ -155,3 +142,15 @@ def quantile_of(values: Any, share: float) -> Any:
         for k in range(above - smaller, near.size):
             high = min(high, near[k])
     return low + (place - below) * (high - low)
+
+
+@njit(**PART)
+def median_of(values: Any) -> Any:
+    """Median of (N,) values, in any order, to single precision of their range."""
+    lowest = values[0]
+    for k in range(values.size):
+        lowest = min(lowest, values[k])
+    above = np.empty(values.size, np.float32)
+    for k in range(values.size):
+        above[k] = values[k] - lowest
+    return lowest + quantile_of(above, 0.5)

@@ -214,4 +214,4 @@ def rest_plane(
     plane = _robust_plane(calm, (level, tilt_x, tilt_y), spread, regression)
     if np.hypot(plane[1], plane[2]) > drift_slope:
         return level, tilt_x, tilt_y
-    return plane
+    return plane[0], plane[1], plane[2]

@@ -15,8 +15,11 @@ from tactile_core.algorithms.kernels.spots import joined_runs
 
 _ONE, _LAST = np.uint64(1), np.uint64(63)
 _X = (1, 1, 0, -1, -1, -1, 0, 1)
+"""Columns to the right of a pixel of its neighbours, anticlockwise from the one to the right."""
+
 _Y = (0, -1, -1, -1, 0, 1, 1, 1)
-"""Steps to the neighbours of a pixel, anticlockwise from the one to the right."""
+"""Rows below a pixel of the same neighbours."""
+
 _NONE = 1 << 30
 """First column of a row without any."""
 

@@ -42,11 +42,11 @@ def test_tracks_agree(seed: int, spurious: int, torn_at: int) -> None:
 
 
 def test_a_smooth_step_is_followed_and_predicts_the_next() -> None:
-    around = Neighbourhood.of(REST_PX, compiled=True)
-    followed = steady(around, REST_PX, NONE_PX, (REST_PX + np.array([3.0, 1.0]))[::-1])
+    around, step_px = Neighbourhood.of(REST_PX, compiled=True), np.array([3.0, 1.0])
+    followed = steady(around, REST_PX, NONE_PX, (REST_PX + step_px)[::-1])
     assert followed is not None
     px, momentum_px = followed
-    np.testing.assert_allclose(px, REST_PX + np.array([3.0, 1.0]))
+    np.testing.assert_allclose(px, REST_PX + step_px)
     np.testing.assert_allclose(momentum_px, np.broadcast_to([2.1, 0.7], px.shape))
 
 

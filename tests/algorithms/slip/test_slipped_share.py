@@ -43,3 +43,17 @@ def test_each_knot_has_a_standard_deviation() -> None:
     stds = use.std, use.slowing_std, use.turned_std
     assert {len(std) for std in stds} == {len(use.knots)}
     assert all(np.diff(use.knots) > 0)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("deceleration", [0.0, 0.6])
+def test_the_standard_deviation_is_interpolated_between_knots(
+    turned: bool, deceleration: float
+) -> None:
+    use = SLIPPED_SHARE
+    values = (
+        use.turned_std if turned else use.std if deceleration < use.slowing else use.slowing_std
+    )
+    for share in (-0.1, *np.linspace(0, 1, 41), 1.1):
+        std = slipped_share_std(share, turned=turned, deceleration=deceleration)
+        assert std == pytest.approx(np.interp(share, use.knots, values))

@@ -15,6 +15,7 @@ from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
 
 _FULL = 255
+"""The largest byte."""
 
 
 @njit(**EXACT_ROW)

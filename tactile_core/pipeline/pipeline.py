@@ -193,7 +193,7 @@ class Pipeline:
         """Load and compile now what the first frame would have to wait for.
 
         A copy of this pipeline measures a few made-up frames, in this thread. That takes about a
-        second, or 35 when a pipeline with ``compiled=True`` compiles its kernels. Nothing else
+        second, or 44 when a pipeline with ``compiled=True`` compiles its kernels. Nothing else
         changes: not the tare, not what steps remember of earlier frames, and no result.
         """
         # a step may fail in any way; what matters is what it does with real frames

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
@@ -66,14 +67,6 @@ def halved(pixels: Any, halvings: int, out: Any) -> None:
             _halved_row(large[4 * i + 2], large[4 * i + 3], twice[1])
             _halved_row(twice[0], twice[1], once)
         _opaque_row(once, rows[i])
-
-
-@njit(**PART)
-def _reflected(index: int, count: int) -> int:
-    """Mirror an index outside a line about its last pixel, as OpenCV's filters do."""
-    while count > 1 and (index < 0 or index >= count):
-        index = -index if index < 0 else 2 * (count - 1) - index
-    return index if count > 1 else 0
 
 
 @njit(**ROW)
@@ -168,12 +161,12 @@ def _slide_down(recent: Any, i: int, count: int, reach: int, out: Any) -> None:
     """Sums over 2 reach + 1 of ``count`` rows around row i, from those around the row above."""
     kept = len(recent)
     if i:
-        new, old = _reflected(i + reach, count), _reflected(i - 1 - reach, count)
+        new, old = reflected(i + reach, count), reflected(i - 1 - reach, count)
         _slide(recent[new % kept], recent[old % kept], out)
         return
     out[:] = _ZERO
     for above in range(-reach, reach + 1):
-        _add(recent[_reflected(above, count) % kept], out)
+        _add(recent[reflected(above, count) % kept], out)
 
 
 @njit(**ROW)

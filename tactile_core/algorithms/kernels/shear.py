@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
 from tactile_core.algorithms.kernels.selection import quantile_of
 
@@ -80,18 +81,11 @@ def _times_far(moved: Any, power: int, weight: Any) -> None:
 
 
 @njit(**PART)
-def _mirrored(index: int, count: int) -> int:
-    if index < 0:
-        return min(1, count - 1)
-    return max(count - 2, 0) if index >= count else index
-
-
-@njit(**PART)
 def _strain(moved: Any, i: int, j: int, scale: Any) -> Any:
     """Norm of the strain tensor at a grid point, with slopes smoothed as by Sobel's operator."""
     height, width = moved.shape
-    above, row, below = moved[_mirrored(i - 1, height)], moved[i], moved[_mirrored(i + 1, height)]
-    left, right = _mirrored(j - 1, width), _mirrored(j + 1, width)
+    above, row, below = moved[reflected(i - 1, height)], moved[i], moved[reflected(i + 1, height)]
+    left, right = reflected(j - 1, width), reflected(j + 1, width)
     two = np.float32(2)
     along = above[right] - above[left] + two * (row[right] - row[left]) + below[right] - below[left]
     down = below[left] - above[left] + two * (below[j] - above[j]) + below[right] - above[right]

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, UInt8
+from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
 
 
@@ -239,20 +240,12 @@ def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
 
 
 @njit(**PART)
-def _mirrored(index: int, count: int) -> int:
-    """Mirror an index outside a line about its last pixel, as OpenCV's filters do."""
-    while count > 1 and (index < 0 or index >= count):
-        index = -index if index < 0 else 2 * (count - 1) - index
-    return index if count > 1 else 0
-
-
-@njit(**PART)
 def _box_sums(sums: Any, channels: int, reach: int, around: Any, out: Any) -> None:
     """Sum 2 reach + 1 pixels around each along a row; ``around`` is spare memory."""
     count, width = sums.size // channels, 2 * reach + 1
     around[reach * channels : (reach + count) * channels] = sums
     for i in range(reach):
-        left, right = _mirrored(i - reach, count), _mirrored(count + i, count)
+        left, right = reflected(i - reach, count), reflected(count + i, count)
         for k in range(channels):
             around[i * channels + k] = sums[left * channels + k]
             around[(reach + count + i) * channels + k] = sums[right * channels + k]
@@ -297,11 +290,11 @@ def filled_where_hidden(pixels: UInt8, bare: UInt8, reach: int, filled: UInt8) -
     numbers, hidden = np.empty(3 * columns, np.uint16), np.empty(3 * columns, np.uint8)
     spare = np.empty(3 * (columns + 2 * reach), np.uint16)
     for i in range(-reach, reach + 1):
-        _add_counts(pixels[_mirrored(i, rows)], sums)
-        _add_counts(bare[_mirrored(i, rows)], counts)
+        _add_counts(pixels[reflected(i, rows)], sums)
+        _add_counts(bare[reflected(i, rows)], counts)
     for i in range(rows):
         if i:
-            new, old = _mirrored(i + reach, rows), _mirrored(i - 1 - reach, rows)
+            new, old = reflected(i + reach, rows), reflected(i - 1 - reach, rows)
             _slide_counts(pixels[new], pixels[old], sums)
             _slide_counts(bare[new], bare[old], counts)
         _box_sums(sums, 3, reach, spare, total)

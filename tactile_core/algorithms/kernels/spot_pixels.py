@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
 
 _FULL = 255
@@ -92,29 +93,21 @@ def _sum_row(line: Any, taps: Any, smooth: UInt8) -> None:
 
 
 @njit(**PART)
-def _mirrored(place: int, count: int) -> int:
-    """Place in a line of a place beyond its ends, which reflect without repeating the last one."""
-    while count > 1 and not 0 <= place < count:
-        place = -place if place < 0 else 2 * (count - 1) - place
-    return place if count > 1 else 0
-
-
-@njit(**PART)
 def _smooth_rows(image: UInt8, taps: Any, smooth: UInt8, start: int, stride: int) -> None:
     rows, columns = image.shape
     line = np.empty(columns + 4, np.uint16)
     for i in range(rows):
         _sum_rows(
-            image[_mirrored(i - 2, rows)],
-            image[_mirrored(i - 1, rows)],
+            image[reflected(i - 2, rows)],
+            image[reflected(i - 1, rows)],
             image[i],
-            image[_mirrored(i + 1, rows)],
-            image[_mirrored(i + 2, rows)],
+            image[reflected(i + 1, rows)],
+            image[reflected(i + 2, rows)],
             taps,
             line,
         )
         for place in (-2, -1, columns, columns + 1):
-            line[place + 2] = line[_mirrored(place, columns) + 2]
+            line[place + 2] = line[reflected(place, columns) + 2]
         at = start + i * stride
         _sum_row(line, taps, smooth[at : at + columns])
 

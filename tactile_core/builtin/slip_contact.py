@@ -197,9 +197,7 @@ class SlipContactFinder(Estimator):
             if mask is None or np.count_nonzero(mask):
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:
-                within = contact_within_ring(
-                    steep, TOUCH.min_slope, slope, compiled=self.context.compiled
-                )
+                within = contact_within_ring(steep, TOUCH.min_slope, slope)
                 if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, Load(0.0, math.sqrt(steep.sum())), "height")
@@ -223,7 +221,7 @@ class SlipContactFinder(Estimator):
         least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = Load(0.0, math.sqrt(change.sum()))
-        mask = contact_within_ring(change, least, compiled=self.context.compiled)
+        mask = contact_within_ring(change, least)
         return _Touch(mask, load, "image")
 
     def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:

@@ -32,7 +32,6 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     solve_low,
 )
 from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.ring import within_ring
 from tactile_core.algorithms.kernels.shear import (
     fitted_motion,
     moved_contact,
@@ -95,5 +94,4 @@ __all__ = [
     "touched_regions",
     "traction_of",
     "undeformed_gain",
-    "within_ring",
 ]

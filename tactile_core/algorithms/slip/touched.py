@@ -13,7 +13,7 @@ from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Intp, UInt8
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.slip.plane import blocks, sampled
 
 
@@ -144,11 +144,7 @@ def peak(steep: Float32) -> float:
 
 
 def contact_within_ring(
-    steep: Float32,
-    min_steepness: float,
-    steepest: float | None = None,
-    *,
-    compiled: bool = False,
+    steep: Float32, min_steepness: float, steepest: float | None = None
 ) -> Bool:
     """Return the contact area inside the steep ring at its border.
 
@@ -165,8 +161,6 @@ def contact_within_ring(
         Minimum steepness at the border of any contact.
     steepest : float, optional
         :func:`peak` of ``steep``, if it is known.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
 
     Returns
     -------
@@ -175,11 +169,6 @@ def contact_within_ring(
     if steepest is None:
         steepest = peak(steep)
     limit = max(min_steepness, RING.edge_share * steepest)
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        shapes = _half_widths(RING.gap), _SIDES
-        found = loops.within_ring(steep, np.float32(limit), *shapes, RING.min_area)
-        return np.asarray(found, np.bool_)
     gap, above = RING.gap, (steep > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(above)
     if width == 0:
@@ -235,15 +224,6 @@ def _disc(radius: int) -> UInt8:
     side = 2 * radius + 1
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
 
-
-@cache
-def _half_widths(radius: int) -> Intp:
-    """Half the width of each row of a disc, without its middle."""
-    return np.asarray(_disc(radius).sum(axis=1, dtype=np.intp) // 2, np.intp)
-
-
-_SIDES = np.full(2 * RING.outer_rim + 1, RING.outer_rim, np.intp)
-"""The same for the square of an erosion by the outer rim."""
 
 _SQUARE = np.ones((3, 3), np.uint8)
 """Neighbourhood of a grid point."""

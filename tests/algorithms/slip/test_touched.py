@@ -106,3 +106,10 @@ def test_a_small_image_is_relative_to_the_full_scale() -> None:
     small = small_image(np.full((480, 640, 3), 51, np.uint8), (80, 60), 255.0)
     assert small.shape == (*SHAPE, 3)
     np.testing.assert_allclose(small, 0.2)
+
+
+def test_where_two_parts_overlap_is_contact_too() -> None:
+    steep = np.zeros((80, 100), np.float32)
+    steep[10:70, 15:18] = steep[67:70, 15:85] = 1
+    steep[15:58, 58:61] = steep[15:18, 30:61] = 1
+    assert contact_within_ring(steep, min_steepness=0.1)[50, 56]

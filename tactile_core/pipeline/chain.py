@@ -127,7 +127,7 @@ class Chain:
         _refuse_two_producers(self.steps)
         _refuse_wrong_order(self.steps)
 
-    @property
+    @cached_property
     def external(self) -> frozenset[QuantityType]:
         """The inputs that the caller must supply with each frame for every step to run."""
         return frozenset().union(*(step.external for step in self.steps))

@@ -12,6 +12,7 @@ from numba import njit
 
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import add_row
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
@@ -42,31 +43,25 @@ def _opaque_row(row: Any, out: Any) -> None:
 
 @njit(**LOOP)
 def halved(pixels: Any, halvings: int, out: Any) -> None:
-    """Halve a colour image as often as requested; bytes are rounded each time, as OpenCV does.
+    """Copy a colour image, or halve it; bytes are rounded as OpenCV does.
 
     Parameters
     ----------
     pixels : (H, W, 3) uint8
     halvings : int
-        0, 1 or 2; each divides both sides exactly.
+        0, or 1 where that divides both sides exactly.
     out : (h, w, 4) float32
         Overwritten by the result, and a last channel of 0: OpenCV warps four channels faster.
     """
     height, width = out.shape[:2]
     rows, large = out.reshape(height, 4 * width), pixels.reshape(len(pixels), -1)
-    twice = np.empty((2, 6 * width), np.uint8)
-    once = np.empty(3 * width, np.uint8)
+    half = np.empty(3 * width, np.uint8)
     for i in range(height):
         if halvings == 0:
             _opaque_row(large[i], rows[i])
-            continue
-        if halvings == 1:
-            _halved_row(large[2 * i], large[2 * i + 1], once)
         else:
-            _halved_row(large[4 * i], large[4 * i + 1], twice[0])
-            _halved_row(large[4 * i + 2], large[4 * i + 3], twice[1])
-            _halved_row(twice[0], twice[1], once)
-        _opaque_row(once, rows[i])
+            _halved_row(large[2 * i], large[2 * i + 1], half)
+            _opaque_row(half, rows[i])
 
 
 @njit(**ROW)
@@ -98,12 +93,6 @@ def _mirror_ends(line: Any, reach: int) -> None:
 def _copy(row: Any, out: Any) -> None:
     for j in range(row.size):
         out[j] = row[j]
-
-
-@njit(**ROW)
-def _add(row: Any, out: Any) -> None:
-    for j in range(out.size):
-        out[j] += row[j]
 
 
 @njit(**ROW)
@@ -145,7 +134,7 @@ def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
             if joined == 1:
                 _sum_of_two(row, of[1:], out[:count])
             else:
-                _add(of[joined:], out[:count])
+                add_row(of[joined:], out[:count])
             joined += step
         step *= 4
 
@@ -166,7 +155,7 @@ def _slide_down(recent: Any, i: int, count: int, reach: int, out: Any) -> None:
         return
     out[:] = _ZERO
     for above in range(-reach, reach + 1):
-        _add(recent[reflected(above, count) % kept], out)
+        add_row(recent[reflected(above, count) % kept], out)
 
 
 @njit(**ROW)

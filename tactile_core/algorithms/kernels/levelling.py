@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import add_row
 
 _TINY = np.finfo(np.float64).tiny
 """Keeps a divisor from 0."""
@@ -196,12 +197,6 @@ def smooth_error(
     return error
 
 
-@njit(**ROW)
-def _add_row(row: Any, total: Any) -> None:
-    for j in range(total.size):
-        total[j] += row[j]
-
-
 @njit(**PART)
 def _cells_of(image: Any, offset: float, out: Any) -> None:
     """Average an image over cells that tile it, and subtract an offset."""
@@ -210,7 +205,7 @@ def _cells_of(image: Any, offset: float, out: Any) -> None:
     for i in range(len(out)):
         total[:] = 0
         for k in range(rows * i, rows * (i + 1)):
-            _add_row(image[k], total)
+            add_row(image[k], total)
         for j in range(out.shape[1]):
             sum_of_cell = np.float32(0)
             for k in range(columns * j, columns * (j + 1)):

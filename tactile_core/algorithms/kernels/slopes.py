@@ -13,6 +13,7 @@ from numba import njit
 from tactile_core.algorithms.arrays.types import Float32, UInt8
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import add_row
 
 
 @njit(**EXACT_ROW)
@@ -303,12 +304,6 @@ def filled_where_hidden(pixels: UInt8, bare: UInt8, reach: int, filled: UInt8) -
         _fill_row(pixels[i], total, numbers, hidden, filled[i])
 
 
-@njit(**ROW)
-def _add(row: Any, total: Any) -> None:
-    for j in range(total.size):
-        total[j] += row[j]
-
-
 @njit(**PART)
 def _block_means(total: Any, channels: int, rows: int, means: Any) -> None:
     count = total.size // means.size
@@ -362,9 +357,9 @@ def normal_xy_of_bytes(
         _places(entries, np.uint32(axis[2]), places)
         _looked_up(places, table, found)
         _split(found.view(np.float32), nx[i], ny[i])
-        _add(smoothed[i], colour)
-        _add(nx[i], total_x)
-        _add(ny[i], total_y)
+        add_row(smoothed[i], colour)
+        add_row(nx[i], total_x)
+        add_row(ny[i], total_y)
         if (i + 1) % rows == 0:
             block = i // rows
             _block_means(colour, 3, rows, colours[block])

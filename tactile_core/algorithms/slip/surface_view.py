@@ -173,8 +173,8 @@ class SurfaceView:
         return pattern.transpose(0, 2, 1), seen
 
 
-_HALVINGS = {1: 0, 2: 1, 4: 2}
-"""Reductions that consist of halvings, and of how many."""
+_HALVINGS = {1: 0, 2: 1}
+"""Reductions that the kernel does, and of how many halvings they consist."""
 
 
 def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:

@@ -13,9 +13,8 @@ from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, ha
 from tactile_core.algorithms.kernels.levelling import rest_area, rest_cells, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
-    contrast_of_bytes,
+    contrast_of_colours,
     doubled_mask,
-    mean_of_channels,
 )
 from tactile_core.algorithms.kernels.marker_kinds import kinds_of
 from tactile_core.algorithms.kernels.neighbours import (
@@ -52,7 +51,7 @@ from tactile_core.algorithms.kernels.steepness import coarse_field, steepness_of
 __all__ = [
     "backward_columns",
     "coarse_field",
-    "contrast_of_bytes",
+    "contrast_of_colours",
     "corrected_slopes",
     "double_divergence",
     "doubled_mask",
@@ -68,7 +67,6 @@ __all__ = [
     "halved",
     "halved_where_bare",
     "kinds_of",
-    "mean_of_channels",
     "measured_spots",
     "moved_contact",
     "moved_points",

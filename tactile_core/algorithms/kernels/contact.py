@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import set_row
 from tactile_core.algorithms.kernels.selection import quantile_of
 from tactile_core.algorithms.kernels.spots import joined_runs
 
@@ -50,20 +51,24 @@ def _raise_to(row: Any, most: Any) -> None:
 
 
 @njit(**PART)
-def _greatest(values: Any) -> Any:
-    most = values[0]
-    for value in values:
-        most = max(most, value)
-    return most
-
-
-@njit(**PART)
 def _peak(coarse: Any) -> Any:
     """Greatest height; column by column, because a maximum of a single line is not vectorised."""
     most = coarse[0].copy()
     for i in range(1, len(coarse)):
         _raise_to(coarse[i], most)
-    return _greatest(most)
+    greatest = most[0]
+    for value in most:
+        greatest = max(greatest, value)
+    return greatest
+
+
+@njit(**EXACT_ROW)
+def _greatest_bits(bits: Any) -> Any:
+    """Greatest of (N,) int32 numbers: the bits of float32 heights above 0, ordered as they are."""
+    most = np.int32(0)
+    for j in range(bits.size):
+        most = max(most, bits[j])
+    return most
 
 
 @njit(**PART)
@@ -159,7 +164,8 @@ def touched_regions(
     height = len(coarse)
     min_indentation_mm, border_fraction, min_slope, min_area = options
     sigma_per_median, region_sigmas, detection_sigmas, largest_noise_share, quartile = noise
-    border_mm[:] = _NONE
+    for i in range(height):
+        set_row(border_mm[i], _NONE)
     top_mm = np.float64(_peak(coarse))
     noise_mm = _height_noise(coarse, sample_step, sigma_per_median)
     noise_mm = min(noise_mm, largest_noise_share * top_mm)
@@ -181,11 +187,12 @@ def touched_regions(
     count, levels = len(runs), bands[0]
     area, flank = np.zeros(count, np.int64), np.zeros(count, np.int64)
     peak_mm, band = np.zeros(count, np.float32), np.full(count, -1)
+    peak_bits, coarse_bits = peak_mm.view(np.int32), coarse.view(np.int32)
     for run in range(count):
         y, first, end = runs[run]
         of = root[run]
         area[of] += end - first
-        peak_mm[of] = max(peak_mm[of], _greatest(coarse[y, first:end]))
+        peak_bits[of] = max(peak_bits[of], _greatest_bits(coarse_bits[y, first:end]))
         flank[of] += _count_above(slope[y, first:end], steep)
     found = 0
     for of in range(count):
@@ -208,7 +215,8 @@ def touched_regions(
                 steepest = _steepest_band(sums[0], sums[1], bands[1])
                 share = bands[2] * (steepest + 0.5) / levels
             limit[band[of]] = max(low_mm, share * np.float64(peak_mm[of]))
-    raised[:] = 0
+    for i in range(height):
+        set_row(raised[i], np.uint8(0))
     for run in range(count):
         k = band[root[run]]
         if k >= 0:

@@ -11,7 +11,9 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.dilation import dilated, invert_row
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP
+from tactile_core.algorithms.kernels.rows import copy_row
 
 
 @njit(inline="always")
@@ -44,46 +46,55 @@ def _halved_mean_row(upper: UInt8, lower: UInt8, mean: UInt8) -> None:
         )
 
 
-@njit(**LOOP)
-def mean_of_channels(pixels: UInt8, mean: UInt8) -> None:
-    """Average the three channels of an image, and halve it if the result is half as large.
-
-    Parameters
-    ----------
-    pixels : (H, 3 W) uint8
-        Interleaved channels.
-    mean : (H, W) or (H / 2, W / 2) uint8
-        The result.
-    """
-    if len(mean) == len(pixels):
-        for i in range(len(mean)):
-            _mean_row(pixels[i], mean[i])
-    else:
-        for i in range(len(mean)):
-            _halved_mean_row(pixels[2 * i], pixels[2 * i + 1], mean[i])
-
-
 @njit(**EXACT_ROW)
-def _contrast_row(background: UInt8, brightness: UInt8, contrast: UInt8) -> None:
+def _contrast_row(
+    inverse: UInt8, brightness: UInt8, darkest: UInt8, contrast: UInt8
+) -> None:
     for j in range(contrast.size):
-        around = np.float32(background[j])
+        around = np.float32(max(np.uint8(~inverse[j]), darkest))
         lost = max(around - np.float32(brightness[j]), np.float32(0))
         contrast[j] = np.uint8(np.rint(lost * np.float32(255) / around))
 
 
 @njit(**LOOP)
-def contrast_of_bytes(background: UInt8, brightness: UInt8, contrast: UInt8) -> None:
-    """Divide the light that each pixel lacks by its background.
+def contrast_of_colours(pixels: UInt8, reach: int, darkest: UInt8, contrast: UInt8) -> None:
+    """Divide the light that each pixel lacks by that of its background.
 
     Parameters
     ----------
-    background, brightness : (h, w) uint8
-        ``background`` is nowhere 0.
-    contrast : (h, w) uint8
-        The result: 255 for a pixel without any light.
+    pixels : (H, 3 W) uint8
+        Interleaved channels, of which the mean counts.
+    reach : int
+        The background is closed by a square of 2 reach + 1 pixels.
+    darkest : uint8
+        Lower bound of the background, above 0.
+    contrast : (H, W) or (H / 2, W / 2) uint8
+        The result, of the image or of its means over 2 × 2 pixels: 255 for a pixel without any
+        light.
     """
-    for i in range(len(contrast)):
-        _contrast_row(background[i], brightness[i], contrast[i])
+    rows, columns = contrast.shape
+    halves = len(pixels) != rows
+    stride = columns + 2 * reach
+    start = 2 * reach * (stride + 1)
+    size = start + (rows + 2 * reach) * stride
+    flat, spare = np.zeros(size, np.uint8), np.empty(size, np.uint8)
+    brightness = np.empty((rows, columns), np.uint8)
+    for i in range(rows):
+        if halves:
+            _halved_mean_row(pixels[2 * i], pixels[2 * i + 1], brightness[i])
+        else:
+            _mean_row(pixels[i], brightness[i])
+        copy_row(brightness[i], flat[start + i * stride :])
+    light, spare = dilated(flat, spare, reach, stride)
+    inverse = np.zeros(size, np.uint8)
+    earlier = reach * (stride + 1)
+    for i in range(rows):
+        at = start + i * stride
+        invert_row(light[at - earlier :], inverse[at : at + columns])
+    inverse, spare = dilated(inverse, spare, reach, stride)
+    for i in range(rows):
+        at = start + i * stride
+        _contrast_row(inverse[at - earlier :], brightness[i], darkest, contrast[i])
 
 
 @njit(**EXACT_ROW)

@@ -1,6 +1,8 @@
 """Order statistics for other kernels; they compile faster than those of numpy.
 
-:func:`quantile_of` is the kernel of :func:`tactile_core.algorithms.arrays.quantile.quantile`.
+:func:`quantile_of` is the kernel of :func:`tactile_core.algorithms.arrays.quantile.quantile`. Values
+are first distributed by counting, where no branch depends on a value: a processor cannot guess
+comparisons of values in random order, and waits for each.
 """
 
 from __future__ import annotations
@@ -10,13 +12,19 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from tactile_core.algorithms.kernels.options import LOOP, PART
+from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
 
-_SHIFT, _BINS = 20, 2048
-"""Bins by the exponent and the first three bits of the mantissa of a float32 without sign."""
+_SHIFTS = 20, 9
+"""Low bits that two counts ignore of a float32 without sign, whose bits are ordered as it is."""
+
+_BINS = 2048
+"""Bins of a count, by eleven bits."""
 
 _FEW = 16
-"""Values that are sorted by insertion."""
+"""Values that are sorted by insertion, or one of which is found without counting."""
+
+_TINY = np.finfo(np.float64).tiny
+"""Keeps a divisor from 0."""
 
 
 @njit(**PART)
@@ -50,8 +58,32 @@ def _move_least(values: Any, first: int, place: int) -> None:
 
 
 @njit(**PART)
+def _order_roughly(values: Any) -> None:
+    """Order (N,) values by N bins of equal width."""
+    count = values.size
+    lowest = highest = values[0]
+    for k in range(count):
+        lowest, highest = min(lowest, values[k]), max(highest, values[k])
+    per_unit = (count - 1) / max(highest - lowest, _TINY)
+    unordered, bins = values.copy(), np.empty(count, np.int32)
+    places = np.zeros(count + 1, np.int32)
+    for k in range(count):
+        bins[k] = np.int32((values[k] - lowest) * per_unit)
+    for k in range(count):
+        places[bins[k] + 1] += 1
+    for k in range(count):
+        places[k + 1] += places[k]
+    for k in range(count):
+        place = places[bins[k]]
+        values[place] = unordered[k]
+        places[bins[k]] = place + 1
+
+
+@njit(**PART)
 def sort(values: Any) -> None:
-    """Sort (N,) float64 values in place."""
+    """Sort (N,) finite float64 values in place."""
+    if values.size > _FEW:
+        _order_roughly(values)
     waiting = np.empty(128, np.int64)
     waiting[0], waiting[1], count = 0, values.size - 1, 2
     while count:
@@ -107,41 +139,63 @@ def mode_of(values: Any, steps: int, count: int, single: bool) -> tuple[float, f
     return total / count, shortest
 
 
-@njit(**LOOP)
-def quantile_of(values: Any, share: float) -> Any:
-    """Quantile of (N,) float32 values, none below 0, interpolated linearly.
-
-    Values are counted by their bits, which are ordered as they are; only those of one bin, in which
-    the quantile is, are sorted as far as necessary.
-    """
-    place = share * (values.size - 1)
-    below = int(place)
-    above = min(below + 1, values.size - 1)
-    bits = values.view(np.uint32)
+@njit(**PART)
+def _bin_at(bits: Any, shift: Any, place: int) -> tuple[int, int]:
+    """Bin of the number that would be at a place when sorted, and how many are in lower bins."""
     counts = np.zeros(_BINS, np.int32)
     for k in range(bits.size):
-        counts[bits[k] >> _SHIFT] += 1
-    smaller, lowest = 0, 0
-    while smaller + counts[lowest] <= below:
-        smaller += counts[lowest]
-        lowest += 1
-    highest, until = lowest, smaller + counts[lowest]
-    while until <= above:
-        highest += 1
-        until += counts[highest]
-    near = np.empty(until - smaller)
+        counts[bits[k] >> shift & np.uint32(_BINS - 1)] += 1
+    smaller, at = 0, 0
+    while smaller + counts[at] <= place:
+        smaller += counts[at]
+        at += 1
+    return at, smaller
+
+
+@njit(**PART)
+def _keep_bin(bits: Any, shift: Any, at: int, kept: Any) -> int:
+    """Copy the numbers of one bin to the beginning of (N + 1,) ``kept``; return how many."""
     found = 0
     for k in range(bits.size):
-        if lowest <= bits[k] >> _SHIFT <= highest:
-            near[found] = values[k]
-            found += 1
-    _move_least(near, 0, below - smaller)
-    low = high = near[below - smaller]
-    if above > below:
-        high = near[above - smaller]
-        for k in range(above - smaller, near.size):
-            high = min(high, near[k])
-    return low + (place - below) * (high - low)
+        number = bits[k]
+        kept[found] = number
+        found += (number >> shift & np.uint32(_BINS - 1)) == np.uint32(at)
+    return found
+
+
+@njit(**ROW)
+def _next_above(bits: Any, low: Any) -> tuple[Any, Any]:
+    """Count the numbers up to ``low``, and find the least of the others."""
+    count, high = np.int32(0), np.uint32(0xFFFFFFFF)
+    for k in range(bits.size):
+        above = bits[k] > low
+        count += not above
+        high = min(high, bits[k] if above else np.uint32(0xFFFFFFFF))
+    return count, high
+
+
+@njit(**LOOP)
+def quantile_of(values: Any, share: float) -> Any:
+    """Quantile of (N,) float32 values, none below 0, interpolated linearly."""
+    place = share * (values.size - 1)
+    below = int(place)
+    bits = values.view(np.uint32)
+    near, left, at_place = np.empty(values.size + 1, np.uint32), bits, below
+    for shift in _SHIFTS:
+        if left.size > _FEW:
+            at, smaller = _bin_at(left, np.uint32(shift), at_place)
+            found = _keep_bin(left, np.uint32(shift), at, near)
+            left, at_place = near[:found], at_place - smaller
+    few = left.copy()
+    _move_least(few, 0, at_place)
+    ends = np.empty(2, np.uint32)
+    ends[:] = few[at_place]
+    if place > below:
+        up_to, high = _next_above(bits, few[at_place])
+        ends[1] = ends[0] if up_to > below + 1 else high
+    numbers = ends.view(np.float32)
+    low = np.float64(numbers[0])
+    return low + (place - below) * (np.float64(numbers[1]) - low)
 
 
 @njit(**PART)

@@ -13,7 +13,7 @@ from numba import njit
 from tactile_core.algorithms.arrays.types import Float32, UInt8
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
-from tactile_core.algorithms.kernels.rows import add_row
+from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row
 
 
 @njit(**EXACT_ROW)
@@ -240,19 +240,38 @@ def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
         sums[j] += np.uint16(np.uint16(new[j]) - np.uint16(old[j]))
 
 
+@njit(**EXACT_ROW)
+def _sum_of_two(one: Any, other: Any, out: Any) -> None:
+    for j in range(out.size):
+        out[j] = one[j] + other[j]
+
+
 @njit(**PART)
-def _box_sums(sums: Any, channels: int, reach: int, around: Any, out: Any) -> None:
-    """Sum 2 reach + 1 pixels around each along a row; ``around`` is spare memory."""
+def _box_sums(sums: Any, channels: int, reach: int, spare: tuple[Any, Any], out: Any) -> None:
+    """Sum 2 reach + 1 pixels around each along a row.
+
+    Sums of 1, 2, 4 … pixels are each made of two of the former, and joined.
+    """
     count, width = sums.size // channels, 2 * reach + 1
-    around[reach * channels : (reach + count) * channels] = sums
+    values, wider = spare
+    copy_row(sums, values[reach * channels :])
     for i in range(reach):
         left, right = reflected(i - reach, count), reflected(count + i, count)
         for k in range(channels):
-            around[i * channels + k] = sums[left * channels + k]
-            around[(reach + count + i) * channels + k] = sums[right * channels + k]
-    out[:] = 0
-    for i in range(width):
-        _add_counts(around[i * channels : i * channels + out.size], out)
+            values[i * channels + k] = sums[left * channels + k]
+            values[(reach + count + i) * channels + k] = sums[right * channels + k]
+    set_row(out, np.uint16(0))
+    wide, joined = 1, 0
+    while True:
+        if width & wide:
+            _add_counts(values[joined * channels : joined * channels + out.size], out)
+            joined += wide
+        wide *= 2
+        if wide > width:
+            break
+        kept = (count + 2 * reach - wide + 1) * channels
+        _sum_of_two(values, values[wide // 2 * channels :], wider[:kept])
+        values, wider = wider, values
 
 
 @njit(**EXACT_ROW)
@@ -289,7 +308,8 @@ def filled_where_hidden(pixels: UInt8, bare: UInt8, reach: int, filled: UInt8) -
     sums, counts = np.zeros(3 * columns, np.uint16), np.zeros(columns, np.uint16)
     total, number = np.empty(3 * columns, np.uint16), np.empty(columns, np.uint16)
     numbers, hidden = np.empty(3 * columns, np.uint16), np.empty(3 * columns, np.uint8)
-    spare = np.empty(3 * (columns + 2 * reach), np.uint16)
+    most = 3 * (columns + 2 * reach)
+    spare = np.empty(most, np.uint16), np.empty(most, np.uint16)
     for i in range(-reach, reach + 1):
         _add_counts(pixels[reflected(i, rows)], sums)
         _add_counts(bare[reflected(i, rows)], counts)
@@ -365,4 +385,6 @@ def normal_xy_of_bytes(
             _block_means(colour, 3, rows, colours[block])
             _block_means(total_x, 1, rows, normals[0, block])
             _block_means(total_y, 1, rows, normals[1, block])
-            colour[:] = total_x[:] = total_y[:] = 0
+            set_row(colour, np.float32(0))
+            set_row(total_x, np.float32(0))
+            set_row(total_y, np.float32(0))

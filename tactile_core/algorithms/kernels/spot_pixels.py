@@ -1,7 +1,6 @@
 """Kernel of :mod:`tactile_core.algorithms.markers.spot_pixels`: pixels of dark spots.
 
-Every intermediate image is flat, with a gap after each row, so that one loop passes over the whole
-image, and a window at the end of a row ends in the gap.
+Every intermediate image is flat; see :mod:`tactile_core.algorithms.kernels.dilation`.
 """
 
 from __future__ import annotations
@@ -12,67 +11,13 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import UInt8
+from tactile_core.algorithms.kernels.dilation import dilated, invert_row
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
+from tactile_core.algorithms.kernels.rows import copy_row
 
 _FULL = 255
 """The largest byte."""
-
-
-@njit(**EXACT_ROW)
-def _largest_of(a: Any, b: Any, c: Any, d: Any, e: Any, out: Any) -> None:
-    for j in range(e.size):
-        out[j] = max(max(max(a[j], b[j]), max(c[j], d[j])), e[j])
-
-
-@njit(**PART)
-def _largest_in(values: Any, spare: Any, width: int, step: int) -> tuple[Any, Any]:
-    """Largest value of the window that begins at each place of a flat array.
-
-    Parameters
-    ----------
-    values, spare : (N,) integer
-        Both are overwritten.
-    width : int
-        Places in a window.
-    step : int
-        Distance of neighbours in a window: 1 along a row, and the length of a row across rows.
-
-    Returns
-    -------
-    result, spare : (N,) integer
-        The last ``(width - 1) * step`` places of the result are undefined.
-    """
-    wide = 1
-    while wide < width:
-        # a window up to five times as wide consists of five, which may overlap
-        wider = min(5 * wide, width)
-        last = (wider - wide) * step
-        next_one = wide * step
-        one, two, three = min(next_one, last), min(2 * next_one, last), min(3 * next_one, last)
-        _largest_of(values, values[one:], values[two:], values[three:], values[last:], spare)
-        values, spare, wide = spare, values, wider
-    return values, spare
-
-
-@njit(**PART)
-def _dilated(flat: UInt8, spare: UInt8, reach: int, stride: int) -> tuple[Any, Any]:
-    """Dilate a flat image by a square; the result begins ``reach`` rows and columns earlier."""
-    flat, spare = _largest_in(flat, spare, 2 * reach + 1, 1)
-    flat, spare = _largest_in(flat, spare, 2 * reach + 1, stride)
-    return flat, spare
-
-
-@njit(**EXACT_ROW)
-def _copy(source: UInt8, target: UInt8) -> None:
-    for j in range(source.size):
-        target[j] = source[j]
-
-
-@njit(**EXACT_ROW)
-def _invert_row(source: UInt8, target: UInt8) -> None:
-    for j in range(target.size):
-        target[j] = ~source[j]
 
 
 @njit(**EXACT_ROW)
@@ -193,16 +138,16 @@ def spot_pixels(
     # an erosion is a dilation of the inverse, in which nothing beyond the image counts
     for i in range(rows):
         at = start + i * stride
-        _invert_row(smooth[at:], flat[at : at + columns])
-    eroded, spare = _dilated(flat, spare, opening, stride)
+        invert_row(smooth[at:], flat[at : at + columns])
+    eroded, spare = dilated(flat, spare, opening, stride)
     thick = np.zeros(size, np.uint8)
     of_thick = start - opening * (stride + 1)
     for i in range(rows):
         at = start + i * stride
-        _invert_row(eroded[of_thick + i * stride :], thick[at : at + columns])
-    thick, spare = _dilated(thick, spare, opening, stride)
-    _copy(thick, eroded)
-    around, _ = _dilated(eroded, spare, reach, stride)
+        invert_row(eroded[of_thick + i * stride :], thick[at : at + columns])
+    thick, spare = dilated(thick, spare, opening, stride)
+    copy_row(thick, eroded)
+    around, _ = dilated(eroded, spare, reach, stride)
     of_around = of_thick - reach * (stride + 1)
     level = max(float(_typical_of(around, of_around, stride, (rows, columns), step)), darkest)
     limits = np.float32(shares[0]), np.float32(shares[1]), np.float32(shares[2] * level)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import cv2
@@ -88,16 +89,14 @@ def contrast_of(
     if not diameter_px > 0:
         raise InputError(f"markers of {diameter_px} px cannot be found; give a positive diameter")
     times = reduction(diameter_px)
+    reach = _closing_reach(diameter_px / times)
     if halves is not None and times % 2 == 0:
-        brightness = brightness_of(halves, times // 2, compiled=compiled)
-    else:
-        brightness = brightness_of(pixels, times, compiled=compiled)
-    background = background_of(brightness, diameter_px / times)
-    loops = kernels.chosen(compiled) if brightness.dtype == np.uint8 else None
+        pixels, times = halves, times // 2
+    loops = kernels.chosen(compiled) if _is_colour(pixels) else None
     if loops is not None:
-        contrast = np.empty(brightness.shape, np.uint8)
-        loops.contrast_of_bytes(background, brightness, contrast)
-        return contrast
+        return _looped(loops, pixels, times, reach)
+    brightness = brightness_of(pixels, times)
+    background = _closed(brightness, reach)
     lost = cv2.subtract(background, brightness)
     if lost.dtype == np.uint8:
         return np.asarray(cv2.divide(lost, background, scale=FULL), np.uint8)
@@ -122,24 +121,25 @@ def check_image(pixels: Array) -> None:
         raise InputError(f"an image is (H, W) or (H, W, K); this one is {pixels.shape}")
 
 
-def brightness_of(pixels: Array, times: int, *, compiled: bool = False) -> Array:
-    """(h, w) mean of the channels of an image that is reduced by a whole factor."""
+def _looped(loops: ModuleType, pixels: UInt8, times: int, reach: int) -> UInt8:
+    """Do the same by a compiled loop, which halves an image itself."""
     height, width = pixels.shape[:2]
-    colour = pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
-    loops = kernels.chosen(compiled) if colour else None
-    halved = loops is not None and times % 2 == 0 and height % times == width % times == 0
-    first = times // 2 if halved else times
-    if first > 1:
-        pixels = shrunk(pixels, (max(1, width // first), max(1, height // first)))
-    if loops is not None:
-        rows = pixels.reshape(len(pixels), -1)
-        times //= first
-        mean = np.empty((len(rows) // times, pixels.shape[1] // times), np.uint8)
-        loops.mean_of_channels(rows, mean)
-        return mean
+    halves = times % 2 == 0 and height % times == width % times == 0
+    pixels = _reduced(pixels, times // 2 if halves else times)
+    rows, columns = (side // 2 if halves else side for side in pixels.shape[:2])
+    contrast, darkest = np.empty((rows, columns), np.uint8), round(_darkest(FULL))
+    loops.contrast_of_colours(
+        pixels.reshape(len(pixels), -1), reach, np.uint8(darkest), contrast
+    )
+    return contrast
+
+
+def brightness_of(pixels: Array, times: int) -> Array:
+    """(h, w) mean of the channels of an image that is reduced by a whole factor."""
+    pixels = _reduced(pixels, times)
     if pixels.ndim == 2:
         return pixels
-    if colour:
+    if _is_colour(pixels):
         # twice as fast as the general case, with the same bytes
         return cv2.blur(pixels.reshape(len(pixels), -1), (3, 1))[:, 1::3].copy()
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
@@ -148,8 +148,31 @@ def brightness_of(pixels: Array, times: int, *, compiled: bool = False) -> Array
 
 def background_of(brightness: Array, diameter_px: float) -> Array:
     """Brightness (h, w) with the markers closed, bounded from below where the image is dark."""
-    side = 2 * round(0.5 * CONTRAST.closing_diameters * diameter_px) + 1
-    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
-    full = 255.0 if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
+    return _closed(brightness, _closing_reach(diameter_px))
+
+
+def _closing_reach(diameter_px: float) -> int:
+    return round(0.5 * CONTRAST.closing_diameters * diameter_px)
+
+
+def _closed(brightness: Array, reach: int) -> Array:
+    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square)
+    full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
+    darkest: Any = _darkest(full)  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
+
+
+def _darkest(full: float) -> float:
+    return CONTRAST.darkest_background * full
+
+
+def _is_colour(pixels: Array) -> bool:
+    return pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
+
+
+def _reduced(pixels: Array, times: int) -> Array:
+    if times == 1:
+        return pixels
+    height, width = pixels.shape[:2]
+    return shrunk(pixels, (max(1, width // times), max(1, height // times)))

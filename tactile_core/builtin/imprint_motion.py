@@ -62,7 +62,8 @@ class MotionOfImprint(Estimator):
         if self._markers is None or np.count_nonzero(markers.seen) < VIEW.min_markers:
             return ImprintMotion(False, timestamp_s=frame.timestamp_s)
         tracker = self._tracker_from(reference, markers, self._markers.diameter_px)
-        change = tracker.update(frame.pixels, markers.px, frame.timestamp_s, frame.halves)
+        halves = frame.halves if tracker.takes_halves else None
+        change = tracker.update(frame.pixels, markers.px, frame.timestamp_s, halves)
         if shear is not None and shear.restarted and contact is not None and contact.absolute:
             change = tracker.restart()
         return _motion(change, frame.timestamp_s)

@@ -74,12 +74,11 @@ def _greatest_bits(bits: Any) -> Any:
 @njit(**PART)
 def _height_noise(coarse: Any, step: int, sigma_per_median: float) -> float:
     """Noise of the height, from a sample of the cells below 0."""
-    depth, found = np.empty(coarse.size, np.float32), 0
+    depth, found = np.empty(coarse.size + 1, np.float32), 0
     for i in range(0, coarse.shape[0], step):
         for j in range(0, coarse.shape[1], step):
-            if coarse[i, j] < 0:
-                depth[found] = -coarse[i, j]
-                found += 1
+            depth[found] = -coarse[i, j]
+            found += coarse[i, j] < 0
     return sigma_per_median * quantile_of(depth[:found], 0.5) if found else 0.0
 
 
@@ -302,10 +301,12 @@ def _lowest_beside(lowest: Any, near: Any) -> None:
 
 
 @njit(**PART)
-def _lowest_near(border_mm: Any, i: int, spare: Any, near: Any) -> None:
-    """Write the lowest border of the 3 × 3 cells around each cell of a row."""
+def _lowest_near(border_mm: Any, i: int, start: int, spare: Any, near: Any) -> None:
+    """Write the lowest border of the 3 × 3 cells around each cell of a part of a row."""
     above, below = max(i - 1, 0), min(i + 1, len(border_mm) - 1)
-    _lowest_row(border_mm[above], border_mm[i], border_mm[below], spare[1:-1])
+    end = start + near.size
+    row = border_mm[i, start:end]
+    _lowest_row(border_mm[above, start:end], row, border_mm[below, start:end], spare[1:-1])
     _lowest_beside(spare, near)
 
 
@@ -331,13 +332,14 @@ def drawn_contact(
     """
     height, ratio = len(cells), len(cells) // len(border_mm)
     top, bottom, start, end = box
-    border_mm, start, end = border_mm[:, start:end], start * ratio, end * ratio
-    near, limit = np.empty(border_mm.shape[1], np.float32), np.empty(end - start, np.float32)
-    spare = np.full(border_mm.shape[1] + 2, _NONE)
+    left, across = start, end - start
+    start, end = start * ratio, end * ratio
+    near, limit = np.empty(across, np.float32), np.empty(end - start, np.float32)
+    spare = np.full(across + 2, _NONE)
     least, most = np.empty(end - start, np.float32), np.empty(end - start, np.float32)
     sides = np.empty(end - start, np.uint8)
     for block in range(top, bottom):
-        _lowest_near(border_mm, block, spare, near)
+        _lowest_near(border_mm, block, left, spare, near)
         for j in range(near.size):
             for k in range(ratio):
                 limit[ratio * j + k] = near[j]

@@ -12,7 +12,7 @@ from numba import njit
 
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
-from tactile_core.algorithms.kernels.rows import add_row
+from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
@@ -38,7 +38,7 @@ def _opaque_row(row: Any, out: Any) -> None:
         out[4 * j] = row[3 * j]
         out[4 * j + 1] = row[3 * j + 1]
         out[4 * j + 2] = row[3 * j + 2]
-        out[4 * j + 3] = 0
+        out[4 * j + 3] = 1
 
 
 @njit(**LOOP)
@@ -51,7 +51,7 @@ def halved(pixels: Any, halvings: int, out: Any) -> None:
     halvings : int
         0, or 1 where that divides both sides exactly.
     out : (h, w, 4) float32
-        Overwritten by the result, and a last channel of 0: OpenCV warps four channels faster.
+        Overwritten by the result, and a last channel of 1: OpenCV warps four channels faster.
     """
     height, width = out.shape[:2]
     rows, large = out.reshape(height, 4 * width), pixels.reshape(len(pixels), -1)
@@ -73,12 +73,16 @@ def _seen_row(x: Any, y: Any, hidden: Any, last: tuple[Any, Any], seen: Any) -> 
 
 
 @njit(**ROW)
-def _separate(warped: Any, weight: Any, a: Any, b: Any, c: Any) -> None:
-    """Separate the channels of one row; 0 where the weight is."""
+def _separate(warped: Any, weight: Any, a: Any, b: Any, c: Any, d: Any) -> None:
+    """Separate all channels of one row; 0 where the weight is.
+
+    The compiler rearranges whole pixels; a part of their channels it collects one by one.
+    """
     for j in range(weight.size):
         a[j] = warped[4 * j] * weight[j]
         b[j] = warped[4 * j + 1] * weight[j]
         c[j] = warped[4 * j + 2] * weight[j]
+        d[j] = warped[4 * j + 3] * weight[j]
 
 
 @njit(**PART)
@@ -87,12 +91,6 @@ def _mirror_ends(line: Any, reach: int) -> None:
     for i in range(1, reach + 1):
         line[reach - i] = line[reach + i]
         line[last + i] = line[last - i]
-
-
-@njit(**ROW)
-def _copy(row: Any, out: Any) -> None:
-    for j in range(row.size):
-        out[j] = row[j]
 
 
 @njit(**ROW)
@@ -124,7 +122,7 @@ def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
     if side % 4 == 3:
         _sum_of_three(row, row[1:], row[2:], out[:count])
     elif side == 1:
-        _copy(row, out)
+        copy_row(row, out)
     step, joined = 4, side % 4
     while step <= side:
         end, part = row.size - step + 1, step // 4
@@ -153,7 +151,7 @@ def _slide_down(recent: Any, i: int, count: int, reach: int, out: Any) -> None:
         new, old = reflected(i + reach, count), reflected(i - 1 - reach, count)
         _slide(recent[new % kept], recent[old % kept], out)
         return
-    out[:] = _ZERO
+    set_row(out, _ZERO)
     for above in range(-reach, reach + 1):
         add_row(recent[reflected(above, count) % kept], out)
 
@@ -189,7 +187,7 @@ def pattern_of(
     Parameters
     ----------
     warped : (h, w, 4) float32
-        Three channels, and one that is ignored.
+        Three channels, and one that is 1.
     x, y : (h, w) float32
         Where each pixel was sampled.
     hidden : (h, w) bool
@@ -216,9 +214,8 @@ def pattern_of(
         if i < height:
             row, weight = visible[i % kept], seen[i]
             _seen_row(x[i], y[i], hidden[i], last, weight)
-            colours = row[0, reach:], row[1, reach:], row[2, reach:]
-            _separate(warped[i].reshape(-1), weight, colours[0], colours[1], colours[2])
-            _copy(weight, row[3, reach:])
+            a, b, c, ones = row[0, reach:], row[1, reach:], row[2, reach:], row[3, reach:]
+            _separate(warped[i].reshape(-1), weight, a, b, c, ones)
             for k in range(4):
                 _mirror_ends(row[k], reach)
             _box_row(row.reshape(-1), 2 * reach + 1, spare, sums[i % kept])
@@ -360,7 +357,7 @@ def fit_sums(
         _lowest_product(of_before, (seen_now[i - 1], seen_now[i], seen_now[i + 1]), lowest)
         _lowest(lowest[:-2], lowest[1:-1], lowest[2:], weights[0, 1:-1])
         for k in range(1, channels):
-            _copy(weights[0], weights[k])
+            copy_row(weights[0], weights[k])
         row = np.float32(i - centre[1])
         found = _fit_row(_around(before, i), _around(now, i), weight, column, row)
         for k in range(12):

@@ -24,12 +24,12 @@ def _mode(values: Any, half_width_sigmas: float) -> tuple[float, float]:
 @njit(**PART)
 def _up_to(bound: float, sizes: Any, values: Any) -> Any:
     """Return the values whose sizes are at most ``bound``."""
-    kept = np.empty(len(values))
+    kept = np.empty(len(values) + 1)
     count = 0
     for i in range(len(values)):
-        if sizes[i] <= bound:
-            kept[count] = values[i]
-            count += 1
+        # no branch, which a processor could not guess
+        kept[count] = values[i]
+        count += sizes[i] <= bound
     return kept[:count]
 
 

@@ -210,7 +210,9 @@ def fitted_motion(
         Shift, x and y; sine of the rotation; and RMS of the motion, of its rotation, and of a
         motion fitted to all points.
     """
-    x, y, moved_x, moved_y = np.empty((4, moved.size))
+    # unpacked, an array loses the knowledge that its rows are contiguous
+    places = np.empty((4, moved.size))
+    x, y, moved_x, moved_y = places[0], places[1], places[2], places[3]
     for k in range(moved.size):
         x[k], y[k] = position[k].real, position[k].imag
         moved_x[k], moved_y[k] = moved[k].real, moved[k].imag
@@ -286,7 +288,7 @@ def moved_contact(
         weights[k] = np.exp(-((strains[k] / typical) ** 2))
     _times_far(displacement, calm[3], weights)
     lag, weight = np.empty(count, np.float32), weights.copy()
-    x, y, moved_x, moved_y = places
+    x, y, moved_x, moved_y = places[0], places[1], places[2], places[3]
     rigid = _fit((x[:count], y[:count], moved_x[:count], moved_y[:count]), fit, lag, weight)
     motion = points, displacement, weights, _entropy(moved, mask, bin_mm)
     return motion, lag, weight, rigid

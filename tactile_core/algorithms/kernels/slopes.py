@@ -366,7 +366,7 @@ def normal_xy_of_bytes(
     columns = nx.shape[1]
     rows = len(nx) // len(colours)
     colour = np.zeros(3 * columns, np.float32)
-    total_x, total_y = np.zeros((2, columns), np.float32)
+    total_x, total_y = np.zeros(columns, np.float32), np.zeros(columns, np.float32)
     per_unit, first, last = np.float32(axis[0]), np.float32(axis[1]), np.float32(axis[2] - 1)
     entries = np.empty(3 * columns, np.uint8)
     places = np.empty(columns, np.uint32)

@@ -56,6 +56,8 @@ _WORDS: dict[int, Any] = {
 
 def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Enlarge an (h, w) uint8 image to an (H, W) shape by nearest-neighbour interpolation."""
+    if image.shape == shape:
+        return image
     times = shape[0] // image.shape[0]
     if (image.shape[0] * times, image.shape[1] * times) != shape:
         nearest = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST)

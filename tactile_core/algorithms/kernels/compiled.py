@@ -14,7 +14,7 @@ from tactile_core.algorithms.kernels.levelling import rest_area, rest_cells, smo
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_colours,
-    doubled_mask,
+    dark_mask,
 )
 from tactile_core.algorithms.kernels.marker_kinds import kinds_of
 from tactile_core.algorithms.kernels.neighbours import (
@@ -53,8 +53,8 @@ __all__ = [
     "coarse_field",
     "contrast_of_colours",
     "corrected_slopes",
+    "dark_mask",
     "double_divergence",
-    "doubled_mask",
     "drawn_contact",
     "elastic_columns",
     "energy_moments",

@@ -113,20 +113,40 @@ def _doubled_row(dark: UInt8, mask: UInt8) -> None:
         mask[2 * j + 2] = both
 
 
+@njit(**EXACT_ROW)
+def _any_row(above: UInt8, row: UInt8, below: UInt8, least: UInt8, dark: UInt8) -> None:
+    for j in range(dark.size):
+        dark[j] = (above[j] > least) | (row[j] > least) | (below[j] > least)
+
+
+@njit(**EXACT_ROW)
+def _near_row(dark: UInt8, mask: UInt8) -> None:
+    for j in range(mask.size):
+        mask[j] = dark[j] | dark[j + 1] | dark[j + 2]
+
+
 @njit(**LOOP)
-def doubled_mask(contrast: UInt8, least: UInt8, mask: UInt8) -> None:
-    """Threshold the contrast, double the mask, and add a rim of one pixel.
+def dark_mask(contrast: UInt8, least: UInt8, mask: UInt8) -> None:
+    """Threshold the contrast, double it if the mask is twice as large, and add a rim of one pixel.
 
     Parameters
     ----------
     contrast : (h, w) uint8
     least : uint8
         A pixel above it is dark.
-    mask : (2 h, 2 w) uint8
+    mask : (h, w) or (2 h, 2 w) uint8
         The result, 0 or 1.
     """
-    rows = len(contrast)
-    dark = np.empty(contrast.shape[1], np.uint8)
+    rows, columns = contrast.shape
+    if len(mask) == rows:
+        # with a column at each side that is never dark
+        padded = np.zeros(columns + 2, np.uint8)
+        for i in range(rows):
+            above, below = contrast[max(i - 1, 0)], contrast[min(i + 1, rows - 1)]
+            _any_row(above, contrast[i], below, least, padded[1 : columns + 1])
+            _near_row(padded, mask[i])
+        return
+    dark = np.empty(columns, np.uint8)
     for i in range(rows + 1):
         # a rim of half a cell joins each row of cells to the next
         upper, lower = max(i - 1, 0), min(i, rows - 1)

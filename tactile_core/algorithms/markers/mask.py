@@ -64,9 +64,10 @@ def mask_of(
     (H, W) bool
     """
     loops = kernels.chosen(compiled)
-    if loops is not None and shape == (2 * contrast.shape[0], 2 * contrast.shape[1]):
+    doubled = (2 * contrast.shape[0], 2 * contrast.shape[1])
+    if loops is not None and shape in (contrast.shape, doubled):
         mask = np.empty(shape, np.uint8)
-        loops.doubled_mask(contrast, np.uint8(min_contrast * FULL), mask)
+        loops.dark_mask(contrast, np.uint8(min_contrast * FULL), mask)
         return mask.view(np.bool_)
     _, dark = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = repeated(np.asarray(dark, np.uint8), shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import get_args
 
 import numpy as np
@@ -178,7 +179,7 @@ def _check_mask(mask: Bool, shape: tuple[int, ...]) -> Bool:
 
 def _checked(values: Array) -> Array:
     # one slope that is not finite makes the whole solution so, and checking one row is enough
-    if not np.isfinite(values[0]).all():
+    if not isfinite(values[0] @ values[0]) and not np.isfinite(values[0]).all():
         raise InputError(
             "a slope is NaN or infinite; fill it in, or leave it out by mask=True where measured"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, Protocol, Self, TypeVar
 
@@ -157,16 +157,29 @@ def slopes_of(
         Returns the slopes on a finer grid. Called when somebody reads those of every pixel.
     """
     shape = frame.pixels.shape[:2]
-    image = cache(lambda: (finer() if finer else cells).image(shape))
-    planes = cells.gx, cells.gy
-    gx, gy = (Grid(plane, cells.step_px, shape, cells.averaged) for plane in planes)
+    pixels = _Pixels(cells, shape, finer)
+    gx = Grid(cells.gx, cells.step_px, shape, cells.averaged)
+    gy = Grid(cells.gy, cells.step_px, shape, cells.averaged)
     return Gradients(
-        on_demand(lambda: image()[0], gx),
-        on_demand(lambda: image()[1], gy),
+        on_demand(lambda: pixels.slopes[0], gx),
+        on_demand(lambda: pixels.slopes[1], gy),
         on_demand(lambda: _measurable(frame, reliable)),
         frame.mm_per_px,
         frame.timestamp_s,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Pixels:
+    """The slopes of every pixel, computed when they are read."""
+
+    cells: SlopeCells
+    shape: tuple[int, int]
+    finer: Callable[[], SlopeCells] | None
+
+    @cached_property
+    def slopes(self) -> tuple[Float32, Float32]:
+        return (self.finer() if self.finer else self.cells).image(self.shape)
 
 
 def _measurable(frame: Frame, reliable: Callable[[], Bool] | None) -> Bool:

@@ -1,8 +1,8 @@
 """Order statistics for other kernels; they compile faster than those of numpy.
 
-:func:`quantile_of` is the kernel of :func:`tactile_core.algorithms.arrays.quantile.quantile`. Values
-are first distributed by counting, where no branch depends on a value: a processor cannot guess
-comparisons of values in random order, and waits for each.
+:func:`quantile_of` is the kernel of :func:`tactile_core.algorithms.arrays.quantile.quantile`.
+Values are first distributed by counting, where no branch depends on a value: a processor cannot
+guess comparisons of values in random order, and waits for each.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _BINS = 2048
 _FEW = 16
 """Values that are sorted by insertion, or one of which is found without counting."""
 
-_TINY = np.finfo(np.float64).tiny
-"""Keeps a divisor from 0."""
+_LEAST_RANGE = 1e-290
+"""Keeps a divisor from 0, and its inverse finite."""
 
 
 @njit(**PART)
@@ -64,11 +64,13 @@ def _order_roughly(values: Any) -> None:
     lowest = highest = values[0]
     for k in range(count):
         lowest, highest = min(lowest, values[k]), max(highest, values[k])
-    per_unit = (count - 1) / max(highest - lowest, _TINY)
+    per_unit = (count - 1) / max(highest - lowest, _LEAST_RANGE)
     unordered, bins = values.copy(), np.empty(count, np.int32)
     places = np.zeros(count + 1, np.int32)
     for k in range(count):
-        bins[k] = np.int32((values[k] - lowest) * per_unit)
+        scaled = (values[k] - lowest) * per_unit
+        # whatever the values are, no place is outside the array
+        bins[k] = np.int32(scaled) if 0 < scaled < count else 0
     for k in range(count):
         places[bins[k] + 1] += 1
     for k in range(count):
@@ -177,6 +179,8 @@ def _next_above(bits: Any, low: Any) -> tuple[Any, Any]:
 @njit(**LOOP)
 def quantile_of(values: Any, share: float) -> Any:
     """Quantile of (N,) float32 values, none below 0, interpolated linearly."""
+    if not values.size:
+        return np.nan
     place = share * (values.size - 1)
     below = int(place)
     bits = values.view(np.uint32)

@@ -26,3 +26,13 @@ def test_light_changes_agree(shape: tuple[int, int, int], marked: bool) -> None:
     )
     assert plain.size == shape[2] + 1
     assert fast == pytest.approx(plain, rel=AGREES, abs=AGREES)
+
+
+def test_a_light_that_has_not_changed_agrees() -> None:
+    even = np.full((48, 64, 3), 120, np.uint8)
+    fast, plain = both_ways(
+        lambda compiled: ReferenceLevels(even.astype(np.float32), 255.0, compiled=compiled).gains(
+            even
+        )
+    )
+    np.testing.assert_array_equal(fast, plain)

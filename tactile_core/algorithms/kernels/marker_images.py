@@ -47,7 +47,7 @@ def _halved_mean_row(upper: UInt8, lower: UInt8, mean: UInt8) -> None:
 
 
 @njit(**EXACT_ROW)
-def _contrast_row(inverse: UInt8, brightness: UInt8, darkest: UInt8, contrast: UInt8) -> None:
+def _contrast_row(inverse: UInt8, brightness: UInt8, darkest: Any, contrast: UInt8) -> None:
     for j in range(contrast.size):
         around = np.float32(max(np.uint8(~inverse[j]), darkest))
         lost = max(around - np.float32(brightness[j]), np.float32(0))

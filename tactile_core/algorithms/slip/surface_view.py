@@ -98,7 +98,7 @@ class SurfaceView:
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
         self._compiled = compiled
-        self.times = max(1, round(pixels.shape[1] / VIEW.width_px))
+        self.times: int = max(1, round(pixels.shape[1] / VIEW.width_px))
         first = _reduced(pixels, self.times)
         height, width = first.shape[:2]
         self._markers_px = _at(reference_px, self.times)

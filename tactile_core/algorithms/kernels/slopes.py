@@ -244,7 +244,8 @@ def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
 def _box_sums(sums: Any, channels: int, reach: int, around: Any, out: Any) -> None:
     """Sum 2 reach + 1 pixels around each along a row; ``around`` is spare memory."""
     count, width = sums.size // channels, 2 * reach + 1
-    around[reach * channels : (reach + count) * channels] = sums
+    for i in range(sums.size):
+        around[reach * channels + i] = sums[i]
     for i in range(reach):
         left, right = reflected(i - reach, count), reflected(count + i, count)
         for k in range(channels):

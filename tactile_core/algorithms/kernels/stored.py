@@ -19,7 +19,7 @@ from numba.core.runtime._nrt_python import c_helpers
 
 def load_alone(kernel: Any) -> None:
     """Let a function that numba compiles, with the option ``cache``, be read in this way."""
-    if hasattr(kernel, "py_func"):  # numba can be told not to compile
+    if hasattr(kernel, "py_func"):  # not where numba is switched off
         kernel._cache = _Store(kernel.py_func)
 
 
@@ -56,7 +56,7 @@ class _Store(FunctionCache):
 
 @cache
 def _name_runtime() -> None:
-    """Tell the linker where numba's management of arrays is, as numba does before compiling."""
+    """Give the linker the addresses of numba's runtime, as numba does before it compiles."""
     for name, address in c_helpers.items():
         binding.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 

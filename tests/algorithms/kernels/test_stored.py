@@ -101,6 +101,6 @@ print(given.halves(np.ones(1, np.float32))[0])
     assert printed(folder, code) == ["[1. 2.] True", "[0.5]"]
 
 
-def test_numba_may_be_told_not_to_compile(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numba_may_be_switched_off(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     assert printed(folder, "print(given.halves(np.ones(1))[0])") == ["[0.5]"]

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.kernels.options import LOOP, ROW
+from tactile_core.algorithms.kernels.stored import load_alone
 
 Float32 = NDArray[np.float32]
 
@@ -112,3 +113,6 @@ def solve(
                 _add_scaled(response[k], combinations[c, k], residual)
             _add_square(residual, square)
         _finish(b, square, least_facing, limit, slopes[0, y], slopes[1, y], outlier[y])
+
+
+load_alone(solve)

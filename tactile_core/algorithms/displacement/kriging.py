@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.distances import distances
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
@@ -143,9 +144,7 @@ class Kriging:
 
 
 def _covariance(a: Float64, b: Float64) -> Float64:
-    from scipy.spatial.distance import cdist
-
-    far = np.sqrt(3) * cdist(a, b)
+    far = np.sqrt(3) * distances(a, b)
     trend = KRIGING.slope_variance * (a @ b.T)
     return np.asarray((1 + far) * np.exp(-far) + KRIGING.shift_variance + trend, np.float64)
 
@@ -158,9 +157,7 @@ def _variance(points: Float64) -> Float64:
 
 def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
     """Weights (M, N) of the markers near each point, which add up to 1."""
-    from scipy.spatial.distance import cdist
-
-    squared = (cdist(points, markers) / distance) ** 2
+    squared = (distances(points, markers) / distance) ** 2
     nearest = squared.min(axis=1, keepdims=True, initial=np.inf)
     near = np.exp((nearest - squared) / 2)
     return np.asarray(near / near.sum(axis=1, keepdims=True), np.float64)

@@ -47,6 +47,7 @@ from tactile_core.algorithms.kernels.slopes import (
 from tactile_core.algorithms.kernels.spot_pixels import spot_pixels
 from tactile_core.algorithms.kernels.spots import measured_spots
 from tactile_core.algorithms.kernels.steepness import coarse_field, steepness_of
+from tactile_core.algorithms.kernels.stored import load_alone
 
 __all__ = [
     "backward_columns",
@@ -93,3 +94,6 @@ __all__ = [
     "traction_of",
     "undeformed_gain",
 ]
+
+for _name in __all__:
+    load_alone(globals()[_name])

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.distances import are_few, distances
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.marker_tracking.nearest import nearest
@@ -75,12 +76,9 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
     places_px : (N, 2) float
         Positions of the markers, x and y.
     """
-    from scipy.spatial import KDTree
-
     places_px = np.asarray(places_px, np.float64)
     if len(places_px) < STRETCH.min_markers:
         return False
-    tree = KDTree(places_px)
     distance, _ = nearest(places_px, places_px, STRETCH.neighbours)
     pitch = float(np.median(distance[:, 1]))
     border_px = STRETCH.border_pitches * pitch
@@ -89,13 +87,23 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
     if inner.sum() < STRETCH.min_markers:
         return False
     spacing = _without_trend(places_px, distance[:, 1:].mean(axis=1) / pitch, inner)
-    pairs = tree.query_pairs(STRETCH.farthest_pair_pitches * pitch, output_type="ndarray")
+    pairs = _pairs(places_px, STRETCH.farthest_pair_pitches * pitch)
     apart = np.hypot(*(places_px[pairs[:, 0]] - places_px[pairs[:, 1]]).T)
     far_enough = apart > STRETCH.nearest_pair_pitches * pitch
     one, other = pairs[far_enough & inner[pairs].all(axis=1)].T
     if not len(one):
         return False
     return bool(np.mean(spacing[one] * spacing[other]) > STRETCH.correlated_spacing**2)
+
+
+def _pairs(places_px: NDArray[Any], within_px: float) -> NDArray[np.intp]:
+    """Indices (E, 2) of the pairs of points at most this far apart, the lower index first."""
+    if are_few(places_px, places_px):
+        return np.argwhere(np.triu(distances(places_px, places_px) <= within_px, 1))
+    from scipy.spatial import KDTree
+
+    pairs = KDTree(places_px).query_pairs(within_px, output_type="ndarray")
+    return np.asarray(pairs, np.intp)
 
 
 def _without_trend(places_px: NDArray[Any], spacing: NDArray[Any], inner: NDArray[Any]) -> Any:

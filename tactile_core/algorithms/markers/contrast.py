@@ -129,6 +129,8 @@ def _looped(loops: ModuleType, pixels: UInt8, times: int, reach: int) -> UInt8:
     rows, columns = (side // 2 if halves else side for side in pixels.shape[:2])
     contrast, darkest = np.empty((rows, columns), np.uint8), round(_darkest(FULL))
     loops.contrast_of_colours(pixels.reshape(len(pixels), -1), reach, np.uint8(darkest), contrast)
+    # read-only, as that of a frame is, so that one compiled kernel takes both
+    contrast.flags.writeable = False
     return contrast
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp
+from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 
 class MarkerLatticeParameters(NamedTuple):
@@ -170,13 +171,11 @@ class MarkerLattice:
 
     def _irregularity(self, px: Array) -> tuple[float, float]:
         """Median distances from where the neighbours place a marker, and the polynomial does."""
-        from scipy.spatial import KDTree
-
         places = np.asarray(px, np.float64)[self._chosen]
         found = np.linalg.lstsq(self._terms, places, rcond=None)[0]
         apart = (places - self._terms @ found) / self._pitch_px
-        nearest = np.asarray(KDTree(places).query(places, k=_SQUARE_NEIGHBOURS + 1)[1])
-        alone = apart - apart[nearest[:, 1:]].mean(axis=1)
+        _, near = nearest(places, places, _SQUARE_NEIGHBOURS + 1)
+        alone = apart - apart[near[:, 1:]].mean(axis=1)
         irregularity, deviation = (np.median(np.linalg.norm(d, axis=1)) for d in (alone, apart))
         return float(irregularity), float(deviation)
 
@@ -237,14 +236,12 @@ def lattice_nodes(px: Array) -> tuple[Intp, Intp]:
     nodes : (M, 2) intp
         Its column and row, in the directions of the lattice.
     """
-    from scipy.spatial import KDTree
-
     none = np.zeros(0, np.intp), np.zeros((0, 2), np.intp)
     if len(px) <= MARKER_LATTICE.spare_markers:
         return none
     places = np.asarray(px, np.float64).view(np.complex128)[:, 0].copy()
-    tree, size = KDTree(px), pitch(px)
-    along = _direction(places, tree, px, size)
+    size = pitch(px)
+    along = _direction(places, px, size)
     if along is None:
         return none
     start = int(np.abs(places - places.mean()).argmin())
@@ -255,21 +252,22 @@ def lattice_nodes(px: Array) -> tuple[Intp, Intp]:
         column, row = found[number]
         for right, below in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             predicted = places[number] + right * across + below * down
-            distance, near = tree.query((predicted.real, predicted.imag))
-            if distance > MARKER_LATTICE.reach * size or int(near) in found:
+            far = np.abs(places - predicted)
+            near = int(far.argmin())
+            if far[near] > MARKER_LATTICE.reach * size or near in found:
                 continue
             step, follow = places[near] - places[number], MARKER_LATTICE.follow
-            found[int(near)] = column + right, row + below
+            found[near] = column + right, row + below
             if right:
-                waiting.append((int(near), across + follow * (right * step - across), down))
+                waiting.append((near, across + follow * (right * step - across), down))
             else:
-                waiting.append((int(near), across, down + follow * (below * step - down)))
+                waiting.append((near, across, down + follow * (below * step - down)))
     return np.fromiter(found, np.intp), np.array(list(found.values()), np.intp)
 
 
-def _direction(places: Array, tree: object, px: Array, size: float) -> complex | None:
+def _direction(places: Array, px: Array, size: float) -> complex | None:
     """Unit vector along the lattice, or None if it is not square."""
-    _, near = tree.query(px, k=min(5, len(px)))  # type: ignore[attr-defined]
+    _, near = nearest(px, px, min(_SQUARE_NEIGHBOURS + 1, len(px)))
     steps = (places[near[:, 1:]] - places[:, np.newaxis]).ravel()
     steps = steps[np.abs(np.abs(steps) / size - 1) < MARKER_LATTICE.reach]
     fourfold = complex(np.mean((steps / np.abs(steps)) ** 4)) if len(steps) else 0j

@@ -75,14 +75,13 @@ def spot_pixels(
         given = _TAPS[smoothing], opening, reach, shares, darkest, step
         return SpotPixels(*loops.spot_pixels(contrast, *given))
     smooth = _smoothed(contrast, smoothing)
-    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, _square(opening)), np.uint8)
-    peaks = np.asarray(cv2.dilate(thick, _square(reach)), np.uint8)
+    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(opening)), np.uint8)
+    peaks = np.asarray(cv2.dilate(thick, square(reach)), np.uint8)
     level = max(_typical_contrast(peaks), darkest)
-    local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
-    above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
-    _, above_global = cv2.threshold(thick, DETECTION.min_contrast * level, FULL, cv2.THRESH_BINARY)
+    threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
+    threshold = cv2.max(threshold, int(DETECTION.min_contrast * level))
+    dark = np.asarray(cv2.compare(thick, threshold, cv2.CMP_GT), np.uint8)
     background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
-    dark = np.asarray(cv2.bitwise_and(above_local, above_global), np.uint8)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
     return SpotPixels(dark, weight, peaks, level)
 
@@ -104,5 +103,6 @@ def _typical_contrast(peaks: UInt8) -> float:
 
 
 @cache
-def _square(reach: int) -> UInt8:
+def square(reach: int) -> UInt8:
+    """Return the structuring element of all pixels within ``reach`` rows and columns."""
     return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)

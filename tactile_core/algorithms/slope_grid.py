@@ -147,7 +147,7 @@ class SlopeGrid:
         return found
 
     def _change(self, colours: Float32) -> Float32:
-        return relative_change(colours, self._base, full_scale=self._full_scale)
+        return np.asarray(colours / self._base - np.float32(1), np.float32)
 
     def _extrapolated(
         self, still: _Still, colours: Float32
@@ -187,16 +187,20 @@ class SlopeGrid:
             loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
             return colours, normals
         self._look_up(table, smoothed, normal_xy)
-        return self._averaged(smoothed), np.stack([self._averaged(plane) for plane in normal_xy])
+        if h % rows:
+            means = np.stack([self._averaged(plane) for plane in normal_xy])
+        else:
+            means = shrunk(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
+        return self._averaged(smoothed), means.reshape(2, rows, columns)
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         h, w = smoothed.shape[:2]
-        bins = self._bins(table, smoothed)
-        with borrowed((h, w), np.int32) as entry, borrowed((h, w), np.complex64) as found:
-            np.multiply(bins[..., 0], table.axis.count, out=entry, dtype=np.int32)
-            np.add(entry, bins[..., 1], out=entry)
-            np.multiply(entry, table.axis.count, out=entry)
-            np.add(entry, bins[..., 2], out=entry)
+        count = table.axis.count
+        # numbers of entries are exact in float32
+        strides = np.array([[count * count, count, 1]], np.float32)
+        bins = self._bins(table, smoothed).astype(np.float32)
+        entry = np.asarray(cv2.transform(bins, strides)).astype(np.intp)
+        with borrowed((h, w), np.complex64) as found:
             table.normal_xy.reshape(-1).take(entry, out=found, mode="clip")
             cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
 

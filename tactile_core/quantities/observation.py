@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor
 from typing import TYPE_CHECKING, Any, Self
@@ -60,10 +60,6 @@ class Image(Quantity):
     encoded: bytes | None = None
 
 
-_OF_PIXELS = {"halves", "saturated", "saturated_share", "too_dark_share"}
-"""Properties of a frame that its pixels alone determine."""
-
-
 @dataclass(frozen=True, eq=False)
 class Frame(Quantity):
     """One photometric observation in image coordinates: K light channels.
@@ -109,9 +105,10 @@ class Frame(Quantity):
 
     def beside(self, **values: Any) -> Self:
         """Return a copy with other values than the pixels; what follows from these is kept."""
-        copy = replace(self, **values)
-        for name in _OF_PIXELS & vars(self).keys():
-            vars(copy)[name] = vars(self)[name]
+        # all that a frame computes and keeps follows from its pixels
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self), **values)
+        copy.__post_init__()
         return copy
 
     @property

@@ -141,7 +141,8 @@ def brightness_of(pixels: Array, times: int, *, compiled: bool = False) -> Array
         return pixels
     if colour:
         # twice as fast as the general case, with the same bytes
-        return cv2.blur(pixels.reshape(len(pixels), -1), (3, 1))[:, 1::3].copy()
+        means = np.asarray(cv2.blur(pixels.reshape(len(pixels), -1), (3, 1)))
+        return cv2.extractChannel(means.reshape(pixels.shape), 1)
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
     return cv2.transform(pixels, share).reshape(pixels.shape[:2])
 

@@ -103,6 +103,8 @@ class SlopeGrid:
         self._base = np.maximum(self._averaged(base), floor).reshape(-1, base.shape[2])
         self._place = self._averaged(place(sampling.shape)).reshape(-1, 2)
         self._still = _Still.of(model, self._place, reference.shape[2])
+        if self._still is not None:
+            self._response_rows = np.ascontiguousarray(self._still.response.transpose(2, 0, 1))
         self._fine_base = np.maximum(base, floor)
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
 
@@ -161,10 +163,11 @@ class SlopeGrid:
             count = loops.extrapolated(colours, self._base, *still, *into)
             return found, changed[:count], change[:count]
         change = self._change(colours)
-        # the greatest of long rows takes a fifth of the time of that of short ones
-        largest = np.abs(np.ascontiguousarray(change.T)).max(axis=0)
-        changed = np.flatnonzero(largest > SLOPE_GRID.small_change)
-        return still.extrapolated(change), changed, change[changed]
+        # sums and maxima over long rows take a fifth of the time of those over short ones
+        rows = np.ascontiguousarray(change.T)
+        changed = np.flatnonzero(np.abs(rows).max(axis=0) > SLOPE_GRID.small_change)
+        found = still.normal_xy + np.einsum("ckn,cn->kn", self._response_rows, rows)
+        return found, changed, change.take(changed, axis=0)
 
     def _looked_up(
         self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32

@@ -171,7 +171,7 @@ class ReferenceLevels:
             readable &= ~(hidden[:, ::2] | hidden[:, 1::2]).ravel()
         elif marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
-        index = np.flatnonzero(readable)
+        (index,) = readable.nonzero()
         return np.asarray(means.take(index, axis=1) / self._undeformed.take(index, axis=1))
 
     def _cell_means(self, pixels: Array) -> Array:

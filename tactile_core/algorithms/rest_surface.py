@@ -164,7 +164,7 @@ def rest_plane(
     z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
     tilt = quantile(p, 0.5), quantile(q, 0.5)
     deviation = _squares(p - tilt[0], q - tilt[1])
-    calm = np.flatnonzero(deviation < drift_slope**2)
+    (calm,) = (deviation < drift_slope**2).nonzero()
     if len(calm) < REST.least_calm_share * len(z) or hypot(*tilt) > drift_slope:
         slope = _squares(p, q)
         return RestPlane(_mode(z[slope <= quantile(slope, 0.5)])[0], 0.0, 0.0)

@@ -165,7 +165,7 @@ class SlopeGrid:
         change = self._change(colours)
         # sums and maxima over long rows take a fifth of the time of those over short ones
         rows = np.ascontiguousarray(change.T)
-        changed = np.flatnonzero(np.abs(rows).max(axis=0) > SLOPE_GRID.small_change)
+        (changed,) = (np.abs(rows).max(axis=0) > SLOPE_GRID.small_change).nonzero()
         found = still.normal_xy + np.einsum("ckn,cn->kn", self._response_rows, rows)
         return found, changed, change.take(changed, axis=0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import cv2
@@ -150,7 +151,13 @@ def brightness_of(pixels: Array, times: int, *, compiled: bool = False) -> Array
 def background_of(brightness: Array, diameter_px: float) -> Array:
     """Brightness (h, w) with the markers closed, bounded from below where the image is dark."""
     side = 2 * round(0.5 * CONTRAST.closing_diameters * diameter_px) + 1
-    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(side // 2))
     full = 255.0 if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
     darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
+
+
+@cache
+def square(reach: int) -> UInt8:
+    """Return the structuring element of all pixels within ``reach`` rows and columns."""
+    return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)

@@ -8,7 +8,7 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
-from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of
+from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of, square
 
 
 def marker_mask(
@@ -72,7 +72,7 @@ def mask_of(
     dark = np.asarray(dark, np.uint8)
     if shape == (2 * dark.shape[0], 2 * dark.shape[1]):
         return _doubled(dark).view(np.bool_)
-    return np.asarray(cv2.dilate(repeated(dark, shape), np.ones((3, 3), np.uint8))).view(np.bool_)
+    return np.asarray(cv2.dilate(repeated(dark, shape), square(1))).view(np.bool_)
 
 
 def _doubled(dark: UInt8) -> UInt8:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import cv2
@@ -10,7 +9,7 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import UInt8
-from tactile_core.algorithms.markers.contrast import FULL
+from tactile_core.algorithms.markers.contrast import FULL, square
 from tactile_core.algorithms.markers.parameters import DETECTION
 
 _SQUARES = np.arange(FULL + 1) ** 2
@@ -79,7 +78,7 @@ def spot_pixels(
     peaks = np.asarray(cv2.dilate(thick, square(reach)), np.uint8)
     level = max(_typical_contrast(peaks), darkest)
     threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
-    threshold = cv2.max(threshold, int(DETECTION.min_contrast * level))
+    threshold = np.maximum(threshold, np.uint8(DETECTION.min_contrast * level))
     dark = np.asarray(cv2.compare(thick, threshold, cv2.CMP_GT), np.uint8)
     background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
     weight = np.asarray(cv2.subtract(smooth, background), np.uint8)
@@ -100,9 +99,3 @@ def _typical_contrast(peaks: UInt8) -> float:
     counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
     return float(weight.searchsorted(weight[-1] / 2))
-
-
-@cache
-def square(reach: int) -> UInt8:
-    """Return the structuring element of all pixels within ``reach`` rows and columns."""
-    return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)

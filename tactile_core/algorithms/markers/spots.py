@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp, UInt8
-from tactile_core.algorithms.markers.spot_pixels import square
+from tactile_core.algorithms.markers.contrast import square
 
 UInt16 = NDArray[np.uint16]
 
@@ -148,10 +148,10 @@ def _run_sums(labels: UInt16, weight: UInt8) -> tuple[Intp, Float64, Float64, Fl
         np.asarray(cv2.copyMakeBorder(image, 0, 1, 1, 0, cv2.BORDER_CONSTANT)).ravel()
         for image in (labels, weight)
     )
-    edges = np.flatnonzero(flat[1:] != flat[:-1])
+    (edges,) = (flat[1:] != flat[:-1]).nonzero()
     edges += 1
     of = flat[edges].astype(np.intp)
-    runs = np.flatnonzero(of)
+    (runs,) = of.nonzero()
     starts = edges[runs]
     lengths = edges[runs + 1] - starts
     longest = int(lengths.max())

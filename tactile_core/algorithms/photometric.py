@@ -19,10 +19,6 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
 
-_NO_MARKER: Any = 0
-"""Value of a marker mask off the markers. OpenCV compares with numbers; its type stubs do not."""
-
-
 _MOST_SUMMED = 15
 """Side of the largest square of bytes that the kernel sums up in 16 bits."""
 
@@ -143,7 +139,8 @@ def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
 
 def bare_mask(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return (H, W) uint8: 255 where no marker hides the gel surface, else 0."""
-    return np.asarray(cv2.compare(marker_mask.view(np.uint8), _NO_MARKER, cv2.CMP_EQ), np.uint8)
+    # less than half the time of a comparison: 0 − 1 is 255
+    return np.subtract(marker_mask.view(np.uint8), np.uint8(1))
 
 
 class AroundMarkers:

@@ -111,10 +111,10 @@ def measured_spots(
         x, y = centres = centres[:, kept]
         means = means[:, kept]
     xx, xy, yy = means[2:] - (x * x, x * y, y * y)
-    slant = xx - yy, 2 * xy
+    slant = np.array([xx - yy, 2 * xy])
     mean, half_difference = (xx + yy) / 2 + _PIXEL_VARIANCE_PX2, np.hypot(*slant) / 2
     variances = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
-    return Spots(mass, centres.T, np.stack(slant, 1), np.sqrt(variances).T, peak, truncated)
+    return Spots(mass, centres.T, slant.T, np.sqrt(variances).T, peak, truncated)
 
 
 def _moments(dark: UInt8, weight: UInt8, rim: int) -> tuple[Float64, Bool]:

@@ -269,10 +269,9 @@ def _enlarging(cells: int, pixels: int) -> Float32:
 
     By cubic interpolation to a few times as many, and linear interpolation from there.
     """
-    lines, wide = np.eye(cells, dtype=np.float32), cells * REST_AREA.smooth_factor
+    wide = cells * REST_AREA.smooth_factor
+    size = (min(wide, pixels), cells)
+    lines = cv2.resize(np.eye(cells, dtype=np.float32), size, interpolation=cv2.INTER_CUBIC)
     if wide < pixels:
-        lines = cv2.resize(lines, (wide, cells), interpolation=cv2.INTER_CUBIC)
         lines = cv2.resize(lines, (pixels, cells), interpolation=cv2.INTER_LINEAR)
-    else:
-        lines = cv2.resize(lines, (pixels, cells), interpolation=cv2.INTER_CUBIC)
     return np.ascontiguousarray(lines.T, np.float32)

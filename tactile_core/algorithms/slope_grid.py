@@ -191,10 +191,10 @@ class SlopeGrid:
             return colours, normals
         self._look_up(table, smoothed, normal_xy)
         if h % rows:
-            means = np.stack([self._averaged(plane) for plane in normal_xy])
+            averages = np.stack([self._averaged(plane) for plane in normal_xy])
         else:
-            means = shrunk(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
-        return self._averaged(smoothed), means.reshape(2, rows, columns)
+            averages = shrunk(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
+        return self._averaged(smoothed), averages.reshape(2, rows, columns)
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         h, w = smoothed.shape[:2]

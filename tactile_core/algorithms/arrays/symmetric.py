@@ -26,7 +26,8 @@ def solved(matrix: Array, right: Array, ridge: float = 0.0) -> list[float]:
     .. [1] G. H. Golub and C. F. Van Loan, "Matrix Computations", 4th ed., Johns Hopkins University
        Press, 2013, section 4.1.
     """
-    rows, x = matrix.tolist(), right.tolist()
+    rows: list[list[float]] = matrix.tolist()
+    x: list[float] = right.tolist()
     count = len(x)
     for k, pivot in enumerate(rows):
         pivot[k] += ridge

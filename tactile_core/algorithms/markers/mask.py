@@ -68,8 +68,8 @@ def mask_of(
         mask = np.empty(shape, np.uint8)
         loops.doubled_mask(contrast, np.uint8(min_contrast * FULL), mask)
         return mask.view(np.bool_)
-    _, dark = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
-    dark = np.asarray(dark, np.uint8)
+    _, above = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
+    dark = np.asarray(above, np.uint8)
     if shape == (2 * dark.shape[0], 2 * dark.shape[1]):
         return _doubled(dark).view(np.bool_)
     return np.asarray(cv2.dilate(repeated(dark, shape), square(1))).view(np.bool_)

@@ -63,16 +63,6 @@ class CoarseGrid:
         """(2,) width and height of a cell, px."""
         return np.asarray(np.divide(self.image_shape[::-1], self.shape[::-1]), np.float64)
 
-    @cached_property
-    def _per_px(self) -> NDArray[np.float64]:
-        """(2,) number of cells in a pixel."""
-        return 1 / self.cell_px
-
-    @cached_property
-    def _first(self) -> NDArray[np.float64]:
-        """(2,) place of the first pixel, in cells."""
-        return 0.5 * self._per_px - 0.5
-
     @property
     def nodes(self) -> Float32:
         """(rows, columns, 2) column and row of each node, in cells."""
@@ -86,7 +76,7 @@ class CoarseGrid:
 
     def in_cells(self, points_px: Array) -> Float32:
         """Convert points (…, 2) from pixels, x and y, to cells, column and row."""
-        return np.asarray(points_px * self._per_px + self._first, np.float32)
+        return np.asarray((points_px + 0.5) / self.cell_px - 0.5, np.float32)
 
     def in_px(self, points: Array) -> NDArray[np.float64]:
         """Convert points (…, 2) from cells, column and row, to pixels, x and y."""

@@ -156,10 +156,11 @@ def contact_mask(
         if box[1]:
             loops.drawn_contact(np.ascontiguousarray(height_mm), borders_mm, box, step_px, mask)
         return mask.view(bool)
-    noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * float(coarse.max()))
+    highest_mm = float(coarse.max())
+    noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * highest_mm)
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
     detectable_mm = max(min_indentation_mm, CONTACT.detection_sigmas * noise_mm)
-    if coarse.max() <= detectable_mm:
+    if highest_mm <= detectable_mm:
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
     steep = slope > max(min_slope, CONTACT.detection_sigmas * _slope_noise(slope))

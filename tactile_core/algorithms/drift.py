@@ -171,7 +171,8 @@ class ReferenceLevels:
             readable &= ~(hidden[:, ::2] | hidden[:, 1::2]).ravel()
         elif marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
-        return np.asarray(means[:, readable] / self._undeformed[:, readable])
+        (index,) = readable.nonzero()
+        return np.asarray(means.take(index, axis=1) / self._undeformed.take(index, axis=1))
 
     def _cell_means(self, pixels: Array) -> Array:
         """Means of neighbouring samples on a coarse grid, (K, N) float32."""
@@ -254,8 +255,10 @@ def _undeformed_gain(logs: Array) -> tuple[Array, float]:
     gain = _modes(logs)
     for _ in range(DRIFT.rounds):
         residual = logs - gain[:, None]
-        square = np.einsum("kn,kn->n", residual, residual)
-        weight = np.maximum(1 - square / (2 * len(logs) * DRIFT.noise_log**2), 0)
+        residual *= residual
+        square = residual.sum(axis=0)
+        square *= -1 / (2 * len(logs) * DRIFT.noise_log**2)
+        weight = np.maximum(square + 1, 0)
         weight *= weight
         gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
     consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
@@ -268,5 +271,6 @@ def _modes(logs: Array) -> Array:
     half = ordered.shape[1] // 2
     first, _ = narrowest(ordered, half + 1)
     return np.array(
-        [row[i : i + half].mean() for row, i in zip(ordered, first, strict=True)], np.float32
+        [row[i : i + half].sum() / half for row, i in zip(ordered, first.tolist(), strict=True)],
+        np.float32,
     )

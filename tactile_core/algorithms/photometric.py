@@ -19,10 +19,6 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
 
-_NO_MARKER: Any = 0
-"""Value of a marker mask off the markers. OpenCV compares with numbers; its type stubs do not."""
-
-
 _MOST_SUMMED = 15
 """Side of the largest square of bytes that the kernel sums up in 16 bits."""
 
@@ -143,7 +139,8 @@ def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
 
 def bare_mask(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return (H, W) uint8: 255 where no marker hides the gel surface, else 0."""
-    return np.asarray(cv2.compare(marker_mask.view(np.uint8), _NO_MARKER, cv2.CMP_EQ), np.uint8)
+    # less than half the time of a comparison: 0 − 1 is 255
+    return np.subtract(marker_mask.view(np.uint8), np.uint8(1))
 
 
 class AroundMarkers:
@@ -177,8 +174,9 @@ class AroundMarkers:
     @cached_property
     def _count(self) -> Float32:
         """Number of bare pixels in the neighbourhood of each."""
-        least = np.float32(MARKER_FILL.least_surface_px)
-        return np.asarray(np.maximum(self._total(self._surface) / np.float32(255), least))
+        counts = np.asarray(self._total(self._surface), np.float32)
+        counts /= np.float32(255)
+        return np.maximum(counts, np.float32(MARKER_FILL.least_surface_px), out=counts)
 
     def filled(self, part: NDArray[Any], *, zero: bool = False) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype.
@@ -201,9 +199,9 @@ class AroundMarkers:
                 cv2.copyTo(part, self._surface, without)
                 total = self._total(without)
         count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
-        around = np.asarray(cv2.divide(total, count))
-        if part.dtype.kind == "u":
-            around = np.rint(around, out=around).astype(part.dtype)
+        around = cv2.divide(total, count, dtype=cv2.CV_8U if part.dtype == np.uint8 else -1)
+        if part.dtype == np.uint16:
+            around = np.rint(around).astype(np.uint16)
         filled = cv2.resize(around, part.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         cv2.copyTo(part, self._surface, filled)
         return np.asarray(filled)

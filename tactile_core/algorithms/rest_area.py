@@ -190,13 +190,16 @@ def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
     -------
     (h, w) float32
     """
-    coarse, trust = (np.asarray(array, np.float64) for array in (height_mm, trust))
+    coarse, trust = np.asarray(height_mm, np.float64), stiffness * trust
     left, error = coarse, None
     for _ in range(REST_AREA.rounds):
-        raised = np.maximum(left, 0) / _raised_mm(left)
-        weight = stiffness * trust / (1 + np.square(np.square(raised)))
-        held = weight + stiffness * REST_AREA.held
-        error = solve_screened(weight * coarse, held, error)
+        raised = np.maximum(left, 0)
+        raised *= 1 / _raised_mm(left)
+        raised *= raised
+        raised *= raised
+        raised += 1
+        weight = trust / raised
+        error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held, error)
         left = coarse - error
     return np.asarray(error, np.float32)
 
@@ -218,13 +221,15 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     """
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
     count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
-    inflow = np.zeros(part.shape)
-    for slopes, labels, into in ((gx, part, inflow), (gy.T, part.T, inflow.T)):
-        between = 0.5 * (slopes[:, :-1] + slopes[:, 1:]) * (labels[:, :-1] != labels[:, 1:])
-        into[:, :-1] += between
-        into[:, 1:] -= between
-    flat = np.asarray(part).ravel()
-    rise = np.bincount(flat, inflow.ravel(), count)
+    part = part.astype(np.intp)
+    rise = np.zeros(count)
+    for slopes, labels in ((gx, part), (gy.T, part.T)):
+        left, right = labels[:, :-1], labels[:, 1:]
+        rim = left != right
+        between = (slopes[:, :-1] + slopes[:, 1:])[rim]
+        rise += np.bincount(left[rim], between, count)
+        rise -= np.bincount(right[rim], between, count)
+    flat = part.ravel()
     sizes = np.bincount(flat, None, count)
     levels = np.bincount(flat, height_mm.ravel(), count) / np.maximum(sizes, 1)
     main = (levels < _raised_mm(height_mm)) & (sizes > REST_AREA.main_share * part.size)
@@ -240,7 +245,9 @@ def _raised_mm(height_mm: Array) -> float:
 
 def _distant(undeformed: Bool, margin: float) -> Array:
     """Weight of each undeformed cell, by its distance from other cells; ``margin`` in cells."""
-    return np.asarray(1 - np.exp(-np.square(_distance(undeformed) / margin, dtype=np.float64)))
+    near = _distance(undeformed) * (1 / margin)
+    near *= -near
+    return np.asarray(-np.expm1(near))
 
 
 def _distance(undeformed: Bool) -> Float32:
@@ -252,9 +259,19 @@ def _distance(undeformed: Bool) -> Float32:
 
 def _enlarged(cells: Float32, shape: tuple[int, int]) -> Float32:
     """Enlarge (h, w) cells that tile an image to (H, W), smoothly."""
-    factor = REST_AREA.smooth_factor
-    wide = cells.shape[1] * factor, cells.shape[0] * factor
-    if wide[0] < shape[1]:
-        cells = np.asarray(cv2.resize(cells, wide, interpolation=cv2.INTER_CUBIC), np.float32)
-        return np.asarray(cv2.resize(cells, shape[::-1], interpolation=cv2.INTER_LINEAR))
-    return np.asarray(cv2.resize(cells, shape[::-1], interpolation=cv2.INTER_CUBIC), np.float32)
+    down, across = (_enlarging(*sides) for sides in zip(cells.shape, shape, strict=True))
+    return np.asarray(down @ (cells @ across.T))
+
+
+@lru_cache(maxsize=16)
+def _enlarging(cells: int, pixels: int) -> Float32:
+    """Matrix that enlarges a line of cells to one of pixels, (pixels, cells).
+
+    By cubic interpolation to a few times as many, and linear interpolation from there.
+    """
+    wide = cells * REST_AREA.smooth_factor
+    size = (min(wide, pixels), cells)
+    lines = cv2.resize(np.eye(cells, dtype=np.float32), size, interpolation=cv2.INTER_CUBIC)
+    if wide < pixels:
+        lines = cv2.resize(lines, (pixels, cells), interpolation=cv2.INTER_LINEAR)
+    return np.ascontiguousarray(lines.T, np.float32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,8 @@ from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
-from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.arrays.symmetric import solved
+from tactile_core.algorithms.arrays.types import Array, Float64
 
 
 class RestParameters(NamedTuple):
@@ -158,26 +161,34 @@ def rest_plane(
         return RestPlane(
             *loops.rest_plane(images, step, mm_per_px, drift_slope, least_calm, levels, regression)
         )
-    z, p, q = (
-        a[step // 2 :: step, step // 2 :: step].ravel().astype(float) for a in (height_mm, gx, gy)
-    )
-    y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
-    x, y = np.tile(x, len(y)), np.repeat(y, len(x))
+    z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
     tilt = quantile(p, 0.5), quantile(q, 0.5)
-    deviation = np.hypot(p - tilt[0], q - tilt[1])
-    calm = deviation < drift_slope
-    if calm.sum() < REST.least_calm_share * len(calm) or np.hypot(*tilt) > drift_slope:
-        slope = np.hypot(p, q)
+    deviation = _squares(p - tilt[0], q - tilt[1])
+    (calm,) = (deviation < drift_slope**2).nonzero()
+    if len(calm) < REST.least_calm_share * len(z) or hypot(*tilt) > drift_slope:
+        slope = _squares(p, q)
         return RestPlane(_mode(z[slope <= quantile(slope, 0.5)])[0], 0.0, 0.0)
-    levelled = z - tilt[0] * x - tilt[1] * y
-    apart = REST.bulge_ratio * (levelled.max() - levelled.min())
+    terms = _terms(rows, columns, step, mm_per_px)
+    levelled = (z - np.dot((0.0, *tilt), terms)).astype(z.dtype)
+    apart = REST.bulge_ratio * float(levelled.max() - levelled.min())
     flat = levelled[deviation <= quantile(deviation, 0.5)]
-    level, spread = _lower_level(flat, levelled[calm], apart)
-    terms = np.stack([np.ones_like(x), x, y])[:, calm]
-    plane = _robust_plane(terms, z[calm], np.array([level, *tilt]), spread)
-    if np.hypot(plane[1], plane[2]) > drift_slope:
+    level, spread = _lower_level(flat, levelled.take(calm), apart)
+    start = level, *tilt
+    plane = _robust_plane(terms.take(calm, axis=1), z.take(calm), start, spread)
+    if hypot(plane[1], plane[2]) > drift_slope:
         return RestPlane(level, *tilt)
-    return RestPlane(*plane.tolist())
+    return RestPlane(*plane)
+
+
+def _squares(x: Array, y: Array) -> Array:
+    return np.asarray(x * x + y * y)
+
+
+@lru_cache(maxsize=16)
+def _terms(rows: int, columns: int, step: int, mm_per_px: float) -> Float64:
+    """1, x and y of every pixel that is used, from the middle of the image, (3, N)."""
+    y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
+    return np.stack([np.ones(len(x) * len(y)), np.tile(x, len(y)), np.repeat(y, len(x))])
 
 
 def _mode(values: Array) -> tuple[float, float]:
@@ -186,7 +197,7 @@ def _mode(values: Array) -> tuple[float, float]:
     half = (len(ordered) + 1) // 2
     first, length = narrowest(ordered, half)
     spread = float(length) / REST.half_width_sigmas
-    return float(ordered[first : first + half].mean()), spread
+    return float(ordered[first : first + half].sum()) / half, spread
 
 
 def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
@@ -198,15 +209,20 @@ def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
     return level, min(spread, apart / REST.biweight_sigmas)
 
 
-def _robust_plane(terms: Array, z: Array, plane: Array, sigma: float) -> Array:
+def _robust_plane(
+    terms: Array, z: Array, plane: tuple[float, float, float], sigma: float
+) -> tuple[float, float, float]:
     """Tukey's biweight regression of (N,) heights on (3, N) terms, from a good start."""
-    ridge = REST.ridge * len(z) * np.eye(3)
-    residual = z - plane @ terms
-    for _ in range(REST.rounds):
-        near = residual / (REST.biweight_sigmas * max(sigma, REST.least_sigma_mm))
+    residual = z - np.dot(plane, terms)
+    for last in range(REST.rounds - 1, -1, -1):
+        near = residual * (1 / (REST.biweight_sigmas * max(sigma, REST.least_sigma_mm)))
         near *= near
-        weighted = terms * np.square(1 - np.minimum(near, 1))
-        plane = plane + np.linalg.solve(weighted @ terms.T + ridge, weighted @ residual)
-        residual = z - plane @ terms
-        sigma = sigma_of(residual[near < 1])
+        weights = 1 - np.minimum(near, 1)
+        weights *= weights
+        weighted = terms * weights
+        change = solved(weighted @ terms.T, weighted @ residual, REST.ridge * len(z))
+        plane = plane[0] + change[0], plane[1] + change[1], plane[2] + change[2]
+        if last:
+            residual = z - np.dot(plane, terms)
+            sigma = sigma_of(residual[near < 1].astype(z.dtype))
     return plane

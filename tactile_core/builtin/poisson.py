@@ -120,7 +120,8 @@ class Poisson(Estimator):
         levels = self._levels(reference)
         if levels.step_px != slopes.step_px:
             return SlopeCells(*relative_to(gradients, reference), step_px=1)
-        return slopes._replace(gx=slopes.gx - levels.gx, gy=slopes.gy - levels.gy)
+        gx, gy = slopes.gx - levels.gx, slopes.gy - levels.gy
+        return SlopeCells(gx, gy, slopes.step_px, slopes.as_normals, slopes.averaged)
 
 
 def relative_to(

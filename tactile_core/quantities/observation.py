@@ -106,8 +106,10 @@ class Frame(Quantity):
     def beside(self, **values: Any) -> Self:
         """Return a copy with other values than the pixels; what follows from these is kept."""
         copy = object.__new__(type(self))
-        vars(copy).update(vars(self) | values)
+        vars(copy).update(values)
         copy.__post_init__()
+        # all that a frame computes and keeps follows from its pixels
+        vars(copy).update(vars(self) | vars(copy))
         return copy
 
     @property

@@ -36,9 +36,7 @@ class Quantity:
 
     def __post_init__(self) -> None:
         values = self.__dict__
-        for name, value in tuple(values.items()):
-            if type(value) in _PLAIN:
-                continue
+        for name, value in [item for item in values.items() if type(item[1]) not in _PLAIN]:
             if isinstance(value, np.ndarray):
                 values[name] = _read_only(value)
             elif isinstance(value, OnDemand):

@@ -15,10 +15,12 @@ def quantile(values: NDArray[Any], share: float) -> float:
     """Quantile of (N,) finite values, interpolated linearly; ``share`` is from 0 to 1."""
     place = share * (len(values) - 1)
     below = int(place)
-    above = min(below + 1, len(values) - 1)
-    ordered = np.partition(values, (below, above))
-    low, high = float(ordered[below]), float(ordered[above])
-    return low + (place - below) * (high - low)
+    # one order statistic is vectorised, two at once are not
+    ordered = np.partition(values, below)
+    low = float(ordered[below])
+    if place == below:
+        return low
+    return low + (place - below) * (float(ordered[below + 1 :].min()) - low)
 
 
 def sigma_of(residuals: NDArray[Any]) -> float:

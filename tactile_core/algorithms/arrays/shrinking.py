@@ -31,14 +31,12 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
     -------
     (height, width) or (height, width, K), same dtype
     """
-    channels = image.shape[2:]
-    for _ in range(halvings):
-        rows, columns = image.shape[:2]
-        if rows % (2 * size_px[1]) or columns % (2 * size_px[0]):
-            break
-        half = columns // 2, rows // 2
-        image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA))
-    if image.shape[1::-1] != size_px:
+    channels, (rows, columns) = image.shape[2:], image.shape[:2]
+    across, down = 2 * size_px[0], 2 * size_px[1]
+    while halvings and not (rows % down or columns % across):
+        halvings, rows, columns = halvings - 1, rows // 2, columns // 2
+        image = np.asarray(cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA))
+    if (columns, rows) != size_px:
         wide = image.ndim == 3 and channels[0] > MOST_CHANNELS
         planes = cv2.split(image) if wide else [image]
         small = [cv2.resize(plane, size_px, interpolation=cv2.INTER_AREA) for plane in planes]

@@ -72,10 +72,10 @@ class ElasticFields:
         (N, 10) float64
             x and y of each field, up to a factor of the field, and of the displacement.
         """
-        columns = np.empty((len(points), 10))
-        columns[:, 8:] = moved_mm
         loops = kernels.chosen(self.compiled)
         if loops is not None:
+            columns = np.empty((len(points), 10))
+            columns[:, 8:] = moved_mm
             x, y = self.x_mm, self.y_mm
             origin = np.array([x[0], y[0], x[1] - x[0], y[1] - y[0]])
             loops.elastic_columns(self.planes, origin, points, columns)
@@ -85,20 +85,10 @@ class ElasticFields:
             side[0] + (side[1] - side[0]) * place
             for side, place in zip((self.x_mm, self.y_mm), points.T, strict=True)
         )
-        for place, field in enumerate(
-            (
-                xx,
-                xy,
-                xy,
-                yy,
-                x * xy - y * xx + turned_x,
-                x * yy - y * xy + turned_y,
-                x * xx + y * xy + spread_x,
-                x * xy + y * yy + spread_y,
-            )
-        ):
-            columns[:, place] = field
-        return columns
+        turned = x * xy - y * xx + turned_x, x * yy - y * xy + turned_y
+        spread = x * xx + y * xy + spread_x, x * xy + y * yy + spread_y
+        rows = np.array([xx, xy, xy, yy, *turned, *spread, *moved_mm.T], np.float64)
+        return np.ascontiguousarray(rows.T)
 
     def total(self, strength: Float64) -> Float32:
         """Return the sum (2, rows, columns) of the fields, each times its strength."""
@@ -109,16 +99,20 @@ class ElasticFields:
                 self.planes, strength.astype(np.float32), self.x_mm, self.y_mm, total
             )
             return total
-        xx, yy, turned_y, spread_x, xy, turned_x, spread_y = self.planes
-        right, down, turn, spread = strength.astype(np.float32)
+        xx, yy, _, _, xy, _, _ = self.planes
+        right, down, turn, spread = strength.tolist()
+        uniform = [[right, 0, 0, spread, down, turn, 0], [0, down, turn, 0, right, 0, spread]]
+        planes = self.planes.reshape(len(self.planes), -1)
+        total = (np.array(uniform, np.float32) @ planes).reshape(2, *xx.shape)
+        # the factors that grow with the distance from the centroid
+        turn, spread = np.float32(turn), np.float32(spread)
         x, y = self.x_mm, self.y_mm[:, None]
-        along_x, along_y = (right + spread * x) - turn * y, (down + turn * x) + spread * y
-        return np.stack(
-            [
-                along_x * xx + along_y * xy + (turn * turned_x + spread * spread_x),
-                along_x * xy + along_y * yy + (turn * turned_y + spread * spread_y),
-            ]
-        )
+        along_x, along_y = spread * x - turn * y, turn * x + spread * y
+        total[0] += along_x * xx
+        total[0] += along_y * xy
+        total[1] += along_x * xy
+        total[1] += along_y * yy
+        return total
 
 
 class ContactShear:

@@ -13,6 +13,7 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.places import struck
+from tactile_core.algorithms.arrays.symmetric import solved
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
@@ -226,15 +227,16 @@ class MarkedSurface:
             strength, residual, weighted_residual = loops.fitted(*pairs, SURFACE.ridge, _TINY)
             return residual.T, weighted_residual, strength
         # the strength of a field is the same along x and y: both add to the same equations
-        fields, weighted = (a.view(np.complex128) for a in pairs)
-        products = (fields.conj().T @ weighted).real
+        products = pairs[0].T @ pairs[1]
+        products = products[::2, ::2] + products[1::2, 1::2]
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
         scaled = normal / (size * size[:, None])
-        scaled.flat[:: len(size) + 1] += SURFACE.ridge
-        strength = np.linalg.solve(scaled, right / size) / size
-        residuals = (each[:, -1:] - each[:, :-1] @ strength[:, None] for each in (fields, weighted))
-        residual, weighted_residual = (each.view(np.float64) for each in residuals)
+        strength = np.array(solved(scaled, right / size, SURFACE.ridge)) / size
+        left = np.zeros((5, 2, 2))
+        left[:-1, 0, 0] = left[:-1, 1, 1] = -strength
+        left[-1, 0, 0] = left[-1, 1, 1] = 1.0
+        residual, weighted_residual = (each @ left.reshape(10, 2) for each in pairs)
         return residual, weighted_residual, strength
 
     def _at_present(self, residual: Float32, sheared: Float32) -> Float32:

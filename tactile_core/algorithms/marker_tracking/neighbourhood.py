@@ -112,10 +112,15 @@ class Neighbourhood:
         if loops is not None:
             return np.asarray(loops.neighbours_plane(self.index, self.moments, values, trust))
         if trust.all() and trust.min() == trust.max():
-            return np.asarray((self.shares[:, None] @ values[self.index])[:, 0])
-        trusted = trust[self.index]
-        share = _shares(self.moments, trusted)
-        return np.asarray((share[:, None] @ values[self.index])[:, 0])
+            return self.plane(values)
+        return self._predicted(_shares(self.moments, trust.take(self.index)), values)
+
+    def plane(self, values: Array) -> Array:
+        """Predict as :meth:`fit` does with equal trust in all markers, by numpy."""
+        return self._predicted(self.shares, values)
+
+    def _predicted(self, share: Array, values: Array) -> Array:
+        return np.asarray(np.einsum("nk,nkc->nc", share, values.take(self.index, axis=0)))
 
     def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:
         """Predict each marker by a robust plane fit, and return its residual.

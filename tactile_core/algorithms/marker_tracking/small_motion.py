@@ -7,9 +7,13 @@ import numpy as np
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene
+from tactile_core.algorithms.marker_tracking.nearest import closest_of
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import pairings
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
+
+_MOST_DISTANCES = 250_000
+"""Distances of markers and detections up to which all of them are faster than a k-d tree."""
 
 
 def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
@@ -62,8 +66,8 @@ def steady(
 ) -> tuple[Array, Array] | None:
     """Follow markers of which none was lost, if all of them make a small, smooth step again.
 
-    It is the outcome of :func:`matched` when every marker is searched, matched and smooth, for
-    which a compiled loop needs a single pass.
+    It is the outcome of :func:`matched` when every marker is searched, matched and smooth, which
+    is most often the case and found out many times faster.
 
     Parameters
     ----------
@@ -74,12 +78,15 @@ def steady(
     Returns
     -------
     px, momentum_px : (N, 2) float64
-        Present positions, and predicted next steps. None if not all markers do, or without the
-        compiled loop.
+        Present positions, and predicted next steps. None if not all markers do.
     """
-    loops = kernels.chosen(around.compiled)
-    if loops is None or len(found_px) < len(last_px):
+    if len(found_px) < len(last_px):
         return None
+    loops = kernels.chosen(around.compiled)
+    if loops is None:
+        if len(found_px) * len(last_px) > _MOST_DISTANCES:
+            return None
+        return _followed(around, last_px, momentum_px, found_px)
     follows, px, next_px = loops.steady_step(
         (last_px, momentum_px, found_px),
         (around.index, around.shares, around.nearest_px),
@@ -91,6 +98,30 @@ def steady(
         ),
     )
     return (px, next_px) if follows else None
+
+
+def _followed(
+    around: Neighbourhood, last_px: Array, momentum_px: Array, found_px: Array
+) -> tuple[Array, Array] | None:
+    """Do the same in numpy; None also where it takes a closer look to say."""
+    count, base_px = len(last_px), last_px + momentum_px
+    expected_px = np.concatenate([base_px, last_px])
+    closest = closest_of(expected_px, found_px)
+    step_px = found_px.take(closest, axis=0) - expected_px
+    x, y = step_px.T
+    spacing_px = around.spacing_px(last_px)
+    far = np.sqrt(x * x + y * y).reshape(2, count) > SMALL_MOTION.gate_spacings * spacing_px
+    owner, without_momentum = closest[:count], closest[count:]
+    if far[0].any() or np.bincount(owner).max() > 1:
+        return None
+    misfits = np.count_nonzero((without_momentum != owner) & ~far[1])
+    step_px = step_px[:count]
+    x, y = (step_px - around.plane(step_px)).T
+    limit_px = GROWTH.accepted_spacings * spacing_px
+    if misfits > SMALL_MOTION.max_misfits or (x * x + y * y > limit_px * limit_px).any():
+        return None
+    px = found_px.take(owner, axis=0)
+    return px, TRACKER.momentum * (px - last_px)
 
 
 def _smooth(scene: Scene, step: Array, known: Bool) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import cv2
@@ -10,7 +9,7 @@ import numpy as np
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import UInt8
-from tactile_core.algorithms.markers.contrast import FULL
+from tactile_core.algorithms.markers.contrast import FULL, square
 from tactile_core.algorithms.markers.parameters import DETECTION
 
 _SQUARES = np.arange(FULL + 1) ** 2
@@ -75,8 +74,8 @@ def spot_pixels(
         given = _TAPS[smoothing], opening, reach, shares, darkest, step
         return SpotPixels(*loops.spot_pixels(contrast, *given))
     smooth = _smoothed(contrast, smoothing)
-    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, _square(opening)), np.uint8)
-    peaks = np.asarray(cv2.dilate(thick, _square(reach)), np.uint8)
+    thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(opening)), np.uint8)
+    peaks = np.asarray(cv2.dilate(thick, square(reach)), np.uint8)
     level = max(_typical_contrast(peaks), darkest)
     local_threshold = cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share)
     above_local = cv2.compare(thick, local_threshold, cv2.CMP_GT)
@@ -101,8 +100,3 @@ def _typical_contrast(peaks: UInt8) -> float:
     counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
     return float(weight.searchsorted(weight[-1] / 2))
-
-
-@cache
-def _square(reach: int) -> UInt8:
-    return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)

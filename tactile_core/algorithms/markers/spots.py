@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp, UInt8
+from tactile_core.algorithms.markers.contrast import square
 
 UInt16 = NDArray[np.uint16]
 
@@ -109,10 +111,10 @@ def measured_spots(
         x, y = centres = centres[:, kept]
         means = means[:, kept]
     xx, xy, yy = means[2:] - (x * x, x * y, y * y)
-    slant = xx - yy, 2 * xy
+    slant = np.array([xx - yy, 2 * xy])
     mean, half_difference = (xx + yy) / 2 + _PIXEL_VARIANCE_PX2, np.hypot(*slant) / 2
     variances = mean + half_difference, np.maximum(mean - half_difference, _PIXEL_VARIANCE_PX2)
-    return Spots(mass, centres.T, np.stack(slant, 1), np.sqrt(variances).T, peak, truncated)
+    return Spots(mass, centres.T, slant.T, np.sqrt(variances).T, peak, truncated)
 
 
 def _moments(dark: UInt8, weight: UInt8, rim: int) -> tuple[Float64, Bool]:
@@ -122,36 +124,49 @@ def _moments(dark: UInt8, weight: UInt8, rim: int) -> tuple[Float64, Bool]:
     """
     count, labels = cv2.connectedComponentsWithAlgorithm(dark, 8, cv2.CV_16U, cv2.CCL_SPAGHETTI)
     count = min(count, _MAX_LABELS)
+    if count == 1:  # the background
+        return np.zeros((6, 0)), np.zeros((0, 4), np.bool_)
     truncated = np.zeros((count, 4), np.bool_)
     for side, border in enumerate((labels[:, 0], labels[0], labels[:, -1], labels[-1])):
         truncated[border, side] = True
-    wide = np.asarray(cv2.dilate(labels, np.ones((2 * rim + 1,) * 2, np.uint8)), np.uint16)
-    of, y, x, run_sums = _run_sums(wide, weight)
-    w, first, second = run_sums
+    wide = np.asarray(cv2.dilate(labels, square(rim)), np.uint16)
+    of, y, x, (w, first, second) = _run_sums(wide, weight)
     wx = first + w * x
     sums = w, wx, w * y, second + x * (first + wx), wx * y, w * y * y
-    moments = np.stack([np.bincount(of, each, count)[:count] for each in sums])
-    return np.asarray(moments[:, 1:]), truncated[1:]  # label 0 is the background
+    moments = np.array([np.bincount(of, each, count)[:count] for each in sums])
+    return moments[:, 1:], truncated[1:]
 
 
-def _run_sums(labels: UInt16, weight: UInt8) -> tuple[Intp, Intp, Intp, Float64]:
+def _run_sums(labels: UInt16, weight: UInt8) -> tuple[Intp, Float64, Float64, Float64]:
     """Label, row and first column (R,) of each run of equal labels, and its sums (3, R).
 
     The sums are those of w, wj and wj², with j the distance from the first column. There are far
-    fewer runs than pixels.
+    fewer runs than pixels; padded to equal lengths, they are summed by one matrix product.
     """
-    rows, columns = labels.shape
-    at = np.flatnonzero(labels != 0)  # thrice as fast for bools
-    of = labels.ravel()[at]
-    begins = np.ones(len(at), np.bool_)
-    np.not_equal(of[1:], of[:-1], out=begins[1:])
-    begins[1:] |= at[1:] - at[:-1] != 1
-    first_of_row = np.searchsorted(at, columns * np.arange(rows))
-    begins[first_of_row[first_of_row < len(at)]] = True
-    starts = np.flatnonzero(begins)
-    y, x = np.divmod(at[starts], columns)
-    j = at - np.repeat(at[starts], np.diff(starts, append=len(at)))
-    w = weight.ravel()[at].astype(np.float64)
-    wj = w * j
-    sums = [np.add.reduceat(each, starts) for each in (w, wj, wj * j)] if len(at) else [w, w, w]
-    return of[starts].astype(np.intp), y, x, np.stack(sums)
+    # with a column in front and a row below, no run reaches from one row to the next
+    flat, weights = (
+        np.asarray(cv2.copyMakeBorder(image, 0, 1, 1, 0, cv2.BORDER_CONSTANT)).ravel()
+        for image in (labels, weight)
+    )
+    (edges,) = (flat[1:] != flat[:-1]).nonzero()
+    edges += 1
+    of = flat[edges].astype(np.intp)
+    (runs,) = of.nonzero()
+    starts = edges[runs]
+    lengths = edges[runs + 1] - starts
+    longest = int(lengths.max())
+    windows = np.ndarray((len(weights) - longest, longest), np.uint8, weights, 0, (1, 1))
+    inside, powers = _of_lengths(longest)
+    sums = (windows[starts] & inside.take(lengths, axis=0)).astype(np.float32) @ powers
+    columns = labels.shape[1] + 1
+    y = starts // columns
+    x = starts - columns * y - 1
+    return of[runs], y.astype(np.float64), x.astype(np.float64), sums.T.astype(np.float64)
+
+
+@lru_cache(maxsize=4)
+def _of_lengths(longest: int) -> tuple[UInt8, NDArray[np.float32]]:
+    """All bits of the pixels of runs of each length, (N + 1, N), and 1, j and j², (N, 3)."""
+    j = np.arange(longest)
+    inside = np.where(j < np.arange(longest + 1)[:, None], np.uint8(255), np.uint8(0))
+    return inside, np.stack([np.ones(longest), j, j * j], axis=1).astype(np.float32)

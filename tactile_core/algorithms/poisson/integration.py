@@ -13,6 +13,8 @@ from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
 from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 from tactile_core.errors import InputError
 
+_BOUNDARIES = get_args(Boundary)
+
 
 class PoissonSolver:
     """Integrate the slopes of many images of one size; see :func:`integrate`.
@@ -155,7 +157,7 @@ def _check_arguments(shape: tuple[int, ...], mm_per_px: float, boundary: str) ->
         )
     if not 0 < mm_per_px < np.inf:
         raise InputError(f"mm_per_px is {mm_per_px}; give the positive size of a pixel in mm")
-    if boundary not in get_args(Boundary):
+    if boundary not in _BOUNDARIES:
         raise InputError(f"boundary {boundary!r} is unknown; choose 'neumann' or 'dirichlet'")
 
 

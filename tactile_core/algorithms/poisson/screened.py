@@ -30,6 +30,9 @@ class ScreenedParameters(NamedTuple):
 SCREENED = ScreenedParameters()
 """The values in use."""
 
+_TINY = float(np.finfo(np.float64).tiny)
+"""Keeps the equation of a constant solvable where no cell has a weight."""
+
 
 def solve_screened(source: Array, weight: Array, start: Array | None = None) -> Array:
     """Solve ``weight · z − Σ (neighbour − z) = source``.
@@ -57,34 +60,40 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
     .. [1] M. R. Hestenes and E. Stiefel, "Methods of conjugate gradients for solving linear
        systems", Journal of Research of the National Bureau of Standards 49(6), 1952.
     """
-    down, across = (_cosines(side) for side in source.shape)
-    modes = _stiffness(*source.shape)
-    gain = 1 / np.maximum(weight.mean() + modes, np.finfo(np.float64).tiny)
+    (down, across, up, back), modes = prepared(source.shape)
+    gain = 1 / (modes + max(float(weight.sum()) / weight.size, _TINY))
 
     def applied(z: Array) -> Array:
-        weighted = weight * (down.T @ z @ across)
-        weighted = down @ weighted @ across.T
+        weighted = up @ z @ across
+        weighted *= weight
+        weighted = down @ weighted @ back
         weighted += modes * z
         return np.asarray(weighted)
 
-    residual = down @ np.asarray(source, np.float64) @ across.T
-    enough = SCREENED.tolerance**2 * np.vdot(residual, gain * residual)
-    z = np.zeros(source.shape) if start is None else down @ start @ across.T
-    if start is not None:
+    residual = down @ np.asarray(source, np.float64) @ back
+    step = gain * residual
+    energy = float(np.vdot(residual, step))
+    enough = SCREENED.tolerance**2 * energy
+    if start is None:
+        z = np.zeros(source.shape)
+    else:
+        z = down @ start @ back
         residual -= applied(z)
-    direction = step = gain * residual
-    energy = np.vdot(residual, step)
+        step = gain * residual
+        energy = float(np.vdot(residual, step))
+    direction = step
     for _ in range(SCREENED.most_rounds):
         if not energy > enough:
             break
         change = applied(direction)
-        length = energy / np.vdot(direction, change)
+        length = energy / float(np.vdot(direction, change))
         z += length * direction
-        residual -= length * change
+        change *= length
+        residual -= change
         step = gain * residual
-        before, energy = energy, np.vdot(residual, step)
+        before, energy = energy, float(np.vdot(residual, step))
         direction = step + (energy / before) * direction
-    return np.asarray(down.T @ z @ across)
+    return np.asarray(up @ z @ across)
 
 
 @lru_cache(maxsize=16)

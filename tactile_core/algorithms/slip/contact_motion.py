@@ -96,10 +96,10 @@ def contact_motion(
     # with a rim, so that the strain is that of the whole field
     window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
     moved, inside = since(now, before, spacing_mm, window=window), mask[window]
-    chosen = np.flatnonzero(inside)[::every]
+    chosen = inside.ravel().nonzero()[0][::every]
     displacement = moved.ravel()[chosen]
     weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))
-    points = np.flatnonzero(mask)[::every]
+    points = mask.ravel().nonzero()[0][::every]
     position = positions_mm(mask.shape, spacing_mm).ravel()[points]
     entropy_bits = displacement_entropy(np.abs(moved), inside)
     region = stick_region(displacement, position, weight, noise_mm)

@@ -212,11 +212,10 @@ class _Contact:
 
     def rigid(self, weight: NDArray[Any]) -> tuple[complex, complex]:
         """Shift of the centroid, and displacement per mm of distance from it by a rotation."""
-        total, *sums = (self._terms @ weight).tolist()
-        x, y, moved_x, moved_y, square, torque = (value / total for value in sums)
-        at, moved = complex(x, y), complex(moved_x, moved_y)
-        spread = max(square - abs(at) ** 2, _TINY)
-        sine = (torque - (at.conjugate() * moved).imag) / spread
+        total, x, y, moved_x, moved_y, square, torque = (self._terms @ weight).tolist()
+        at, moved = complex(x, y) / total, complex(moved_x, moved_y) / total
+        spread = max(square / total - abs(at) ** 2, _TINY)
+        sine = (torque / total - (at.conjugate() * moved).imag) / spread
         sine = min(max(sine, -STICK_REGION.max_sine), STICK_REGION.max_sine)
         # the field refers to present positions, so a rotation also has a radial part
         rate = complex(1 - math.sqrt(1 - sine**2), sine)

@@ -195,8 +195,9 @@ def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:
     )
     warped *= weight
     # the mean intensity is at least 1, so that dark regions are not amplified
-    total = np.asarray(cv2.max(cv2.blur(warped, size), share), np.float32).reshape(shape)
-    warped *= np.divide(share, total, out=total)
+    total = cv2.blur(warped, size)
+    cv2.divide(share, cv2.max(total, share, dst=total), dst=total)
+    warped *= np.asarray(total, np.float32).reshape(shape)
     warped -= weight
     smooth = np.asarray(
         cv2.blur(warped, (VIEW.smoothing_px, VIEW.smoothing_px)), np.float32

@@ -28,3 +28,18 @@ def test_a_single_channel_keeps_its_axis() -> None:
     image = np.random.default_rng(0).random((5, 6, 1), np.float32)
     for slope in gradient(image):
         assert slope.shape == image.shape
+
+
+@given(st.integers(1, 5), st.integers(1, 5), st.sampled_from([(), (1,), (2,)]))
+def test_an_image_is_mirrored_at_its_border(
+    rows: int, columns: int, channels: tuple[int, ...]
+) -> None:
+    image = np.random.default_rng(rows + 6 * columns).random((rows, columns, *channels), np.float32)
+    wide = np.pad(image, [(1, 1), (1, 1), *[(0, 0)] * len(channels)], mode="reflect")
+    if rows == 1:
+        wide[0] = wide[2] = wide[1]
+    if columns == 1:
+        wide[:, 0] = wide[:, 2] = wide[:, 1]
+    along, down = gradient(image, 0.5)
+    np.testing.assert_allclose(along, wide[1:-1, 2:] - wide[1:-1, :-2], rtol=1e-6)
+    np.testing.assert_allclose(down, wide[2:, 1:-1] - wide[:-2, 1:-1], rtol=1e-6)

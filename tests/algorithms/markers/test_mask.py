@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
+from tactile_core.algorithms.markers import find_marker_diameter, marker_mask, mask_of
 from tactile_core.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -61,6 +61,14 @@ def test_the_mask_covers_markers_and_their_rim_only(
     assert mask.dtype == bool
     assert mask[markers].mean() > 0.99
     assert not (mask & ~dilated(markers, 6)).any()
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_the_rim_is_a_pixel_of_the_image(times: int) -> None:
+    contrast = np.random.default_rng(0).choice([0, 255], (12, 17), p=[0.9, 0.1]).astype(np.uint8)
+    enlarged = np.kron(contrast, np.ones((times, times), np.uint8))
+    mask = mask_of(contrast, enlarged.shape)
+    assert (mask == dilated(enlarged > 0, 1)).all()
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

@@ -19,6 +19,7 @@ from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.kernels import SWITCH
 from tactile_core.sim import Faults, VirtualStage, kernels
 from tactile_core.sim.friction import Grip, solve_friction
+from tactile_core.sim.optics.jpeg import compressed
 
 HEIGHT_MM = 3e-4
 """numpy inverts the displacement with OpenCV, which rounds; version 4 is coarser than 5."""
@@ -69,6 +70,24 @@ def test_a_frame_is_the_same_within_a_grey_level(name: str, faults: Faults | Non
 def test_compression_keeps_that_difference_small() -> None:
     fast, plain = both_ways(lambda compiled: slid("hex_fingertip", compiled).frame().pixels)
     assert np.abs(fast.astype(float) - plain).mean() < 0.01
+
+
+@needs_kernels
+@pytest.mark.parametrize("quality", [1, 50, 90, 100])
+@pytest.mark.parametrize("shape", [(16, 16), (48, 800), (40, 36)])
+def test_compression_without_coding_is_jpeg_bit_by_bit(
+    quality: int, shape: tuple[int, int]
+) -> None:
+    rng = np.random.default_rng(quality)
+    y, x = np.indices(shape)
+    smooth = 120 + 90 * np.sin(np.stack([x / 9, y / 7, (x + y) / 5], -1))
+    extreme = rng.choice([0, 255], (*shape, 3))
+    for pixels in (smooth + rng.normal(0, 5, smooth.shape), extreme):
+        sent = np.clip(pixels, 0, 255).astype(np.uint8)
+        fast, plain = both_ways(
+            lambda compiled, sent=sent: compressed(sent, quality, kernels.chosen(compiled))
+        )
+        np.testing.assert_array_equal(fast, plain)
 
 
 @needs_kernels

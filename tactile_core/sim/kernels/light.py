@@ -171,7 +171,8 @@ def _coded(levels: Any, table: Any, out: Any) -> None:
 
 
 @njit(**EXACT_ROW)
-def _interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
+def interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
+    """Three rows (W,) by turns in one (3 W,)."""
     for j in range(a.size):
         out[3 * j] = a[j]
         out[3 * j + 1] = b[j]
@@ -285,6 +286,6 @@ def photograph(
             if colours == 3:
                 _coded(levels_of, table, coded[colour])
                 if colour == 2:
-                    _interleaved(coded[0], coded[1], coded[2], out)
+                    interleaved(coded[0], coded[1], coded[2], out)
             else:
                 _coded(levels_of, table, out)

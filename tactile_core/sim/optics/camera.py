@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import cv2
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.constant_light import COLOUR
+from tactile_core.sim.optics.jpeg import compressed
 
 
 class CameraParameters(NamedTuple):
@@ -140,11 +141,18 @@ class Chip:
         levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
         return self._coded(np.asarray(levels)).reshape(light.shape)
 
-    def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
-        """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
+    def send(self, pixels: NDArray[Any], compiled: ModuleType | None = None) -> NDArray[Any]:
+        """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy.
+
+        Parameters
+        ----------
+        pixels : (H, W, 1) or (H, W, 3) uint8 or uint16
+        compiled : module, optional
+            :mod:`tactile_core.sim.kernels.compiled`: faster, and equal.
+        """
         if self.jpeg_quality is None:
             return pixels
-        return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
+        return compressed(pixels, self.jpeg_quality, compiled)
 
     def _coded(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
         if self.gamma == 1 and self.bit_depth > 8:
@@ -244,12 +252,3 @@ def vignette(shape: tuple[int, int], loss: float) -> Float32:
     """(H, W) transmission of the lens: 1 in the middle, 1 − ``loss`` in the corners."""
     y, x = (np.linspace(-1, 1, n, dtype=np.float32) ** 2 for n in shape)
     return np.asarray(1 - loss * (x + y[:, None]) / 2, np.float32)
-
-
-def _compressed(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
-    colour = pixels.ndim == COLOUR and pixels.shape[2] == COLOUR
-    swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
-    _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    back = cv2.imdecode(data, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)
-    sent = np.asarray(back)
-    return np.asarray(cv2.cvtColor(sent, cv2.COLOR_BGR2RGB)) if colour else sent

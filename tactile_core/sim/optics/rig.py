@@ -248,7 +248,7 @@ class RigOptics:
             taken = photographed(
                 loops, self._lights, shining, self._glass, mixing, self._chip, noise
             )
-            return [self._chip.send(pixels) for pixels in taken]
+            return [self._chip.send(pixels, loops) for pixels in taken]
         colours = len(self._colours)
         taken = np.empty((len(levels), *self._shape, colours), self._chip.dtype)
         numbers = [one.steps.reshape(-1, *self._shape) for one in noise]

@@ -177,12 +177,13 @@ class Shining:
             normals = surface.normals(rows)
             sky = 0.5 * normals[2] + 0.5
             light = ambient[:, None, None] * sky
+            dark = None if self.shade is None else self.shade.shares(rows)
             for index, ((number, source, level, _), into) in enumerate(
                 zip(self.sources, fed, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if self.shade is not None:
-                    self.shade.darken(index, plane, top)
+                if self.shade is not None and dark is not None:
+                    plane[dark[0], self.shade.columns] *= dark[1][index]
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)

@@ -83,8 +83,7 @@ class ImageSampler:
         if known is None or known[0] is not displacement_mm:
             every_row, every_column = self._solutions
             moved = np.asarray(displacement_mm, np.float32)
-            parts = [every_row.times(every_column.times(part.T).T) for part in moved]
-            self._known = known = displacement_mm, np.stack(parts)
+            self._known = known = displacement_mm, every_row.times(every_column.along(moved))
         return known[1]
 
     def origins(self, displacement_mm: Array) -> Float32:
@@ -127,11 +126,13 @@ class ImageSampler:
         places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
         corner = np.minimum(places.astype(np.intp), last - 1)
         x, y = (places - corner).T
-        wx, wy = np.stack(_weights(x)), np.stack(_weights(y))
-        four = np.arange(4)
-        rows, columns = corner[:, 1, None] + four, corner[:, 0, None] + four
-        near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
-        return np.asarray(np.einsum("kpij,ip,jp->pk", near, wy, wx))
+        wx, wy = np.stack(_weights(x), 1), np.stack(_weights(y), 1)
+        nodes = self.coefficients(displacement_mm)[:2].reshape(2, -1)
+        width = self.grid.nx + 2
+        sixteen = (np.arange(4)[:, None] * width + np.arange(4)).reshape(-1)
+        near = nodes.take(corner[:, 1:] * width + corner[:, :1] + sixteen, axis=1)
+        weights = (wy[:, :, None] * wx[:, None]).reshape(-1, 16)
+        return np.ascontiguousarray((near * weights).sum(-1).T)
 
     def at_present(self, displacement_mm: Array, origins: Float32) -> Float32:
         """(3, my, mx) current displacement at the needed nodes, along x, y and z.
@@ -148,13 +149,13 @@ class ImageSampler:
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
-        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
+        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
         return _between(rows.values, known, columns.values)
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         rows, columns = self._splines
-        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
+        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
         along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
         along[0] = _between(rows.values, known, columns.slopes)
         along[1] = _between(rows.slopes, known, columns.values)
@@ -184,7 +185,8 @@ class ImageSampler:
             now,
         )
         images = np.empty((3, *self.shape), np.float32)
-        for known, image in zip(rows.solution @ now @ columns.solution.T, images, strict=True):
+        knowns = rows.solution.times(columns.solution.along(now))
+        for known, image in zip(knowns, images, strict=True):
             compiled.values(known, rows.tables, columns.tables, image)
         return images[2], np.moveaxis(images[:2], 0, 2)
 
@@ -219,8 +221,8 @@ class _BSplines(NamedTuple):
 
     Attributes
     ----------
-    solution : (n + 2, n) float32
-        Matrix from values at the nodes to coefficients.
+    solution : BandedMatrix
+        From n values at the nodes to n + 2 coefficients.
     values, slopes : BandedMatrix
         From coefficients to the values at N target positions, and to their derivatives.
     tables : (N,) int64 and (4, N) float32
@@ -228,7 +230,7 @@ class _BSplines(NamedTuple):
         weights.
     """
 
-    solution: Float32
+    solution: BandedMatrix
     values: BandedMatrix
     slopes: BandedMatrix
     tables: tuple[NDArray[np.int64], Float32]
@@ -244,7 +246,7 @@ class _BSplines(NamedTuple):
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
         slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
         return cls(
-            _solution(count),
+            BandedMatrix.of(_solution(count)),
             BandedMatrix.of(weights.toarray()),
             BandedMatrix.of(slopes),
             (first, four),
@@ -272,7 +274,7 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
 
 def _between(rows: BandedMatrix, known: Float32, columns: BandedMatrix) -> Float32:
     """Product of a matrix for the rows, coefficients, and a matrix for the columns."""
-    return rows.times(columns.times(known.T).T)
+    return rows.times(columns.along(known))
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:

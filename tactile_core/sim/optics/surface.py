@@ -142,7 +142,7 @@ class Membrane:
         self._print = len(textures) if self.markers is not None else None
         if self.markers is not None:
             textures.append(
-                self._inked(self.markers.cover(wide, self.markers.rest_px + self._margin))
+                self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
             )
         # Remapping an image of four channels takes as long as one of a single channel.
         self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
@@ -178,16 +178,13 @@ class Membrane:
         self, markers: MarkerPrint, markers_px: NDArray[np.float64], compiled: ModuleType | None
     ) -> Float32:
         if compiled is None:
-            return self._inked(markers.cover(self._shape, markers_px))
+            return markers.reflectance(self._shape, markers_px, self._ink)
         bare = np.ones(self._shape, np.float32)
         centres, turned = markers.blots(markers_px, self._shape)
         compiled.draw(
             centres, turned, markers.size_px, SHAPES.index(markers.shape), self._ink, bare
         )
         return bare
-
-    def _inked(self, cover: Float32) -> Float32:
-        return np.asarray(1 - (1 - self._ink) * cover, np.float32)
 
     def _moved(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
@@ -213,7 +210,7 @@ def _plane(textures: Float32, number: int) -> Float32:
 def _averaged(values: Float32, size: tuple[int, int]) -> Float32:
     """Means over the pixels of a coarser grid of this many columns and rows."""
     down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
-    return across.times(down.times(values).T).T
+    return across.along(down.times(values))
 
 
 @cache

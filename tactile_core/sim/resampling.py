@@ -6,6 +6,7 @@ from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +22,11 @@ class InversionParameters(NamedTuple):
     Attributes
     ----------
     rough_steps : int, count
-        Fixed-point iterations with OpenCV, which is fast and rounds positions to 1/32 node.
+        Fixed-point iterations with OpenCV, which is fast, and before version 5
+        rounds positions to 1/32 node.
         Source: chosen by hand; no script derives it.
     exact_steps : int, count
-        Further iterations in floating point.
+        Further iterations in floating point. OpenCV 5 does not round, and is used for them, too.
         Source: chosen by hand; no script derives it.
     margin_nodes : int, nodes
         Nodes beyond the border of the image that the splines use.
@@ -43,6 +45,11 @@ class InversionParameters(NamedTuple):
 
 INVERSION = InversionParameters()
 """The values in use."""
+
+_READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
+"""Whether OpenCV reads at any position; older versions round positions to 1/32 of a node."""
+_CHANNELS = 4
+"""Channels of an image that OpenCV reads fastest."""
 
 
 class ImageSampler:
@@ -94,19 +101,18 @@ class ImageSampler:
         displacement_mm : (2, ny, nx)
             x and y displacement of each material node.
         """
-        import cv2
-
         row, column = self.window.of(np.indices(self.grid.shape, np.float32))
         moved = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
         across, down = moved
         x, y = column - self.window.of(across), row - self.window.of(down)
-        for _ in range(INVERSION.rough_steps):
+        exact = 0 if _READS_BETWEEN else INVERSION.exact_steps
+        for _ in range(INVERSION.rough_steps + INVERSION.exact_steps - exact):
             here = [
                 cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        for _ in range(INVERSION.exact_steps):
+        for _ in range(exact):
             across_here, down_here = _linear(moved, x, y)
             x, y = column - across_here, row - down_here
         return np.stack([y, x])
@@ -210,8 +216,6 @@ class ImageSampler:
         places : (2, H, W) float32
             Original row and column of the material that is now at each pixel.
         """
-        import cv2
-
         row, column = places
         return np.asarray(cv2.remap(nodes.astype(np.float32), column, row, cv2.INTER_LINEAR) > 0.5)
 
@@ -300,6 +304,8 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
     """Cubic splines of coefficients (k, ny + 2, nx + 2) at places in nodes, constant beyond."""
     count, rows, columns = coefficients.shape
     (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
+    if _READS_BETWEEN and count <= _CHANNELS:
+        return _cubic_by_linear(coefficients, (i, b), (j, a))
     place, nodes = i * columns + j, coefficients.reshape(count, -1)
     total = np.zeros((count, *row.shape), np.float32)
     across = _weights(a)
@@ -307,6 +313,29 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
         for k, w in enumerate(across):
             total += (weight * w) * nodes.take(place + (down * columns + k), 1)
     return total
+
+
+def _cubic_by_linear(
+    coefficients: Float32,
+    rows: tuple[NDArray[np.intp], Float32],
+    columns: tuple[NDArray[np.intp], Float32],
+) -> Float32:
+    """Cubic splines in cells (index, fraction), as four weighted linear interpolations."""
+    count = len(coefficients)
+    nodes = cv2.merge([*coefficients, *coefficients[:1].repeat(_CHANNELS - count, 0)])
+    # two adjacent coefficients of positive weights: their sum times a value between them
+    halves = []
+    for first, fraction in (rows, columns):
+        a, b, c, d = _weights(fraction)
+        before, after, start = a + b, c + d, first.astype(np.float32)
+        halves.append(((before, start + b / before), (after, start + 2 + d / after)))
+    total = np.zeros((*rows[1].shape, _CHANNELS), np.float32)
+    for down, y in halves[0]:
+        for across, x in halves[1]:
+            value = np.asarray(cv2.remap(nodes, x, y, cv2.INTER_LINEAR))
+            value *= cv2.merge([down * across] * _CHANNELS)
+            total += value
+    return np.stack(cv2.split(total)[:count])
 
 
 def _needed(nodes: Array, targets: Array) -> slice:

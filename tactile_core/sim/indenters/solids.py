@@ -32,7 +32,7 @@ SOLID = SolidParameters()
 
 def round_gap(distance_mm: Array, radius_mm: float) -> Array:
     """Height of a circle of this radius above its lowest point; FAR_MM outside the circle."""
-    square = np.clip(distance_mm / radius_mm, 0, 1) ** 2
+    square = np.minimum(np.maximum(distance_mm / radius_mm, 0), 1) ** 2
     rise = radius_mm * square / (1 + np.sqrt(1 - square))  # avoids cancellation near 0
     return np.asarray(np.where(distance_mm < SOLID.lower_side_share * radius_mm, rise, FAR_MM))
 

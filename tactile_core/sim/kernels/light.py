@@ -67,10 +67,22 @@ def _normals(relief_mm: Float32, rest: Float32, half: Any, row: int, out: Float3
 
 @njit(**ROW)
 def _lit(
-    x: Float32, y: Float32, z: Float32, a: Float32, b: Float32, c: Float32, square: Any, out: Any
+    x: Float32,
+    y: Float32,
+    z: Float32,
+    a: Any,
+    b: Any,
+    c: Any,
+    unit: Float32,
+    zero: Float32,
+    square: Any,
+    out: Float32,
 ) -> None:
+    ua, ub, uc = unit[0], unit[1], unit[2]
+    za, zb, zc = zero[0], zero[1], zero[2]
     for j in range(out.size):
-        cosine = x[j] * a[j] + y[j] * b[j] + z[j] * c[j]
+        cosine = x[j] * (np.float32(a[j]) * ua + za) + y[j] * (np.float32(b[j]) * ub + zb)
+        cosine += z[j] * (np.float32(c[j]) * uc + zc)
         out[j] = cosine + np.sqrt(cosine * cosine + square)
 
 
@@ -79,16 +91,21 @@ def _power(
     x: Float32,
     y: Float32,
     z: Float32,
-    a: Float32,
-    b: Float32,
-    c: Float32,
-    peak: Float32,
+    a: Any,
+    b: Any,
+    c: Any,
+    peak: Any,
+    unit: Float32,
+    zero: Float32,
     left: Float32,
     power: Any,
 ) -> None:
     """Split exp's argument into a power of two, as bits of a float, and a remainder."""
+    ua, ub, uc, up = unit[3], unit[4], unit[5], unit[6]
+    za, zb, zc, zp = zero[3], zero[4], zero[5], zero[6]
     for j in range(left.size):
-        value = x[j] * a[j] + y[j] * b[j] + z[j] * c[j] + peak[j]
+        value = x[j] * (np.float32(a[j]) * ua + za) + y[j] * (np.float32(b[j]) * ub + zb)
+        value += z[j] * (np.float32(c[j]) * uc + zc) + (np.float32(peak[j]) * up + zp)
         value = min(max(value, np.float32(-80)), np.float32(80))
         whole = np.floor(value * _LOG2_E + np.float32(0.5))
         left[j] = (value - whole * _LN2_HIGH) - whole * _LN2_LOW
@@ -182,7 +199,7 @@ def interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
 @njit(**LOOP)
 def photograph(
     surface: tuple[Float32, Float32, Float32, Float32, float],
-    lights: tuple[Float32, Float32, Float32, Float32],
+    lights: tuple[Any, Float32, Float32, Float32],
     lit: tuple[Any, Float32, Any],
     shade: tuple[Float32, int, Any, Any],
     ambient: Float32,
@@ -200,9 +217,9 @@ def photograph(
     surface : relief_mm, rest, textures, printed, mm_per_px
         (H, W) relief, at least 2 × 2; (2, H, W) or (2, 0, 0) slopes of the undeformed surface;
         (T, H, W, 4) textures of four lights each; (H, W) or (0, 0) reflectance of the print.
-    lights : toward, lobe, peak, blur
-        As in :class:`~tactile_core.sim.optics.coating.Shading`, of S lights: (S, 3, H, W),
-        (S, 3, H, W) or (S, 3, 0, 0), (S, H, W) or (S, 0, 0), and (S,).
+    lights : planes, unit, zero, blur
+        As in :class:`~tactile_core.sim.optics.quick.StackedLights`, of S lights: (S, P, H, W)
+        int16, where P is 3 or 7; (S, P, H), (S, P, H), and (S,).
     lit : numbers, levels, fed
         Of the L lights that are on, in any exposure: (L,) int indices, (L,) float32 brightness,
         and (L, E K) bool channels that receive them, of K colours of E exposures.
@@ -226,7 +243,7 @@ def photograph(
         Overwritten.
     """
     relief_mm, rest, textures, printed, mm_per_px = surface
-    toward, lobe, peak, blur = lights
+    planes, units, zeros, blur = lights
     numbers, levels, fed = lit
     hidden, left, coarse, share = shade
     samples, scales = noise
@@ -257,10 +274,12 @@ def photograph(
         for k in range(len(numbers)):
             s = numbers[k]
             square = np.float32(blur[s] * blur[s])
-            _lit(x, y, z, toward[s, 0, row], toward[s, 1, row], toward[s, 2, row], square, plane)
-            if peak.size:
-                a, b, c = lobe[s, 0, row], lobe[s, 1, row], lobe[s, 2, row]
-                _power(x, y, z, a, b, c, peak[s, row], rest_of, power)
+            unit, zero = units[s, :, row], zeros[s, :, row]
+            a, b, c = planes[s, 0, row], planes[s, 1, row], planes[s, 2, row]
+            _lit(x, y, z, a, b, c, unit, zero, square, plane)
+            if planes.shape[1] > 3:
+                a, b, c = planes[s, 3, row], planes[s, 4, row], planes[s, 5, row]
+                _power(x, y, z, a, b, c, planes[s, 6, row], unit, zero, rest_of, power)
                 _add_exponential(rest_of, power.view(np.float32), plane)
             before = coarse[row]
             if before >= 0:

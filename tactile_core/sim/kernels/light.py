@@ -142,11 +142,17 @@ def _apart(every: Float32, a: Float32, b: Float32, c: Float32, d: Float32) -> No
 
 
 @njit(**ROW)
-def _dim(up: Float32, ambient: Any, printed: Float32, glass: Float32, row: Float32) -> None:
-    """Add the ambient light, and absorb in the print and in the lens."""
+def _product(a: Float32, b: Float32, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] = a[j] * b[j]
+
+
+@njit(**ROW)
+def _dim(up: Float32, ambient: Any, clear: Float32, row: Float32) -> None:
+    """Add the ambient light, and absorb."""
     half = np.float32(0.5)
     for j in range(row.size):
-        row[j] = (row[j] + (half * up[j] + half) * ambient) * printed[j] * glass[j]
+        row[j] = (row[j] + (half * up[j] + half) * ambient) * clear[j]
 
 
 @njit(**ROW)
@@ -260,7 +266,7 @@ def photograph(
     plane, rest_of = np.empty(columns, np.float32), np.empty(columns, np.float32)
     power = np.empty(columns, np.int32)
     light = np.empty((count, columns), np.float32)
-    bare = np.ones(columns, np.float32)
+    covered = np.empty(columns, np.float32)
     mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.uint16)
     coded = np.empty((colours, columns), pixels.dtype)
     for row in range(rows):
@@ -289,9 +295,12 @@ def photograph(
             for channel in range(count):
                 if fed[k, channel]:
                     _add_textured(plane, grain[s], levels[k], light[channel])
+        clear = glass[row]
+        if printed.size:
+            _product(printed[row], clear, covered)
+            clear = covered
         for channel in range(count):
-            covered = printed[row] if printed.size else bare
-            _dim(z, ambient[channel], covered, glass[row], light[channel])
+            _dim(z, ambient[channel], clear, light[channel])
         for channel in range(count):
             colour = channel % colours
             if colours == 3:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.interfaces.constant_light import COLOUR
 
 _START_OF_SCAN, _QUANTISATION = 0xDA, 0xDB
+"""Codes of two parts of a JPEG file (ITU-T T.81, table B.1)."""
 _SIDE = 8
 """Side of a block, px; chroma has blocks of twice that."""
 

@@ -174,13 +174,10 @@ class Shining:
         surface, half = self.surface, 0.5 * self.ambient
         channels = [np.flatnonzero(into).tolist() for into in self.fed]
         unlit = set(range(len(half))).difference(*channels)
-        height, width = surface.relief_mm.shape
-        textures = np.empty((4 * len(surface.textures), SOURCES.band_px, width), np.float32)
+        height = len(surface.relief_mm)
         for top in range(0, height, SOURCES.band_px):
             rows = slice(top, min(top + SOURCES.band_px, height))
             normals = surface.normals(rows)
-            grain = textures[:, : rows.stop - top]
-            surface.write_grain(rows, grain)
             # ambient light is that of half the sky, and of all of it where the surface is level
             sky = normals[2] + 1
             light = np.empty((len(half), *sky.shape), np.float32)
@@ -194,7 +191,7 @@ class Shining:
                 plane = source.shading.reflect(normals, rows)
                 if self.shade is not None and dark is not None:
                     plane[dark[0], self.shade.columns] *= dark[1][index]
-                plane *= grain[number]
+                plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)
                 for channel in into:

@@ -69,14 +69,9 @@ class Surface:
     textures: Float32
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
-    def write_grain(self, rows: slice, out: Float32) -> None:
-        """Write every texture of a band of h rows, (4 T, h, W): the grain of each light first.
-
-        OpenCV separates four textures in one pass; to read every fourth number of a row takes five
-        times as long as to read all.
-        """
-        for first, four in enumerate(self.textures):
-            cv2.split(four[rows], list(out[4 * first : 4 * first + 4]))
+    def grain(self, led_array: int) -> Float32:
+        """(H, W) grain: factor on the light of this index."""
+        return _plane(self.textures, led_array)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief at a lower resolution; None if it is too flat to cast shadows."""

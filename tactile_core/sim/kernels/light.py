@@ -132,13 +132,13 @@ def _add_textured(row: Float32, grain: Float32, level: Any, out: Float32) -> Non
 
 
 @njit(**ROW)
-def _apart(every: Float32, a: Float32, b: Float32, c: Float32, d: Float32) -> None:
+def _apart(every: Any, unit: Any, a: Float32, b: Float32, c: Float32, d: Float32) -> None:
     """Split four interleaved textures."""
     for j in range(a.size):
-        a[j] = every[4 * j]
-        b[j] = every[4 * j + 1]
-        c[j] = every[4 * j + 2]
-        d[j] = every[4 * j + 3]
+        a[j] = np.float32(every[4 * j]) * unit
+        b[j] = np.float32(every[4 * j + 1]) * unit
+        c[j] = np.float32(every[4 * j + 2]) * unit
+        d[j] = np.float32(every[4 * j + 3]) * unit
 
 
 @njit(**ROW)
@@ -204,7 +204,7 @@ def interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
 
 @njit(**LOOP)
 def photograph(
-    surface: tuple[Float32, Float32, Float32, Float32, float],
+    surface: tuple[Float32, Float32, Any, float, Float32, float],
     lights: tuple[Any, Float32, Float32, Float32],
     lit: tuple[Any, Float32, Any],
     shade: tuple[Float32, int, Any, Any],
@@ -220,9 +220,10 @@ def photograph(
 
     Parameters
     ----------
-    surface : relief_mm, rest, textures, printed, mm_per_px
+    surface : relief_mm, rest, textures, texture_unit, printed, mm_per_px
         (H, W) relief, at least 2 × 2; (2, H, W) or (2, 0, 0) slopes of the undeformed surface;
-        (T, H, W, 4) textures of four lights each; (H, W) or (0, 0) reflectance of the print.
+        (T, H, W, 4) textures of four lights each, and their unit; (H, W) or (0, 0) reflectance
+        of the print.
     lights : planes, unit, zero, blur
         As in :class:`~tactile_core.sim.optics.quick.StackedLights`, of S lights: (S, P, H, W)
         int16, where P is 3 or 7; (S, P, H), (S, P, H), and (S,).
@@ -248,7 +249,8 @@ def photograph(
     pixels : (E, H, W K) uint8 or uint16
         Overwritten.
     """
-    relief_mm, rest, textures, printed, mm_per_px = surface
+    relief_mm, rest, textures, texture_unit, printed, mm_per_px = surface
+    unit_of_grain = np.float32(texture_unit)
     planes, units, zeros, blur = lights
     numbers, levels, fed = lit
     hidden, left, coarse, share = shade
@@ -275,7 +277,14 @@ def photograph(
         for t in range(len(textures)):
             if used[t]:
                 four = textures[t, row].reshape(4 * columns)
-                _apart(four, grain[4 * t], grain[4 * t + 1], grain[4 * t + 2], grain[4 * t + 3])
+                _apart(
+                    four,
+                    unit_of_grain,
+                    grain[4 * t],
+                    grain[4 * t + 1],
+                    grain[4 * t + 2],
+                    grain[4 * t + 3],
+                )
         light[:] = 0
         for k in range(len(numbers)):
             s = numbers[k]

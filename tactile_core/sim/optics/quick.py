@@ -112,6 +112,7 @@ def photographed(
             np.ascontiguousarray(surface.relief_mm),
             rest,
             surface.textures,
+            surface.texture_unit,
             np.ascontiguousarray(printed),
             surface.mm_per_px,
         ),

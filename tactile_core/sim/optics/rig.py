@@ -116,7 +116,10 @@ class RigOptics:
         self._faults.check_lights(
             {led_array.name: len(led_array.leds_mm) for led_array in led_arrays}
         )
-        self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
+        loops = kernels.chosen(compiled)
+        self._membrane = Membrane(
+            profile, len(led_arrays), self._faults, seed, compiled=loops is not None
+        )
         self._sources = sources_of(
             profile,
             led_arrays,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cache
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -57,21 +57,23 @@ class Surface:
     mm_per_px : float
     reflectance : (H, W) float32 or None
         1 on the bare surface, less on markers; None without markers.
-    textures : (T, H, W, 4) float32
-        Grain as a factor on each light, four lights to an image. Grain differs between lights,
-        because facets reflect only some of them. Scratches and markers follow the last light.
+    textures : (T, H, W, 4) float32 or uint16
+        In units of ``texture_unit``: grain as a factor on each light, four lights to an image.
+        Grain differs between lights, because facets reflect only some of them. Scratches and
+        markers follow the last light.
     """
 
     relief_mm: Float32
     rest_slopes: Float32 | None
     mm_per_px: float
     reflectance: Float32 | None
-    textures: Float32
+    textures: NDArray[Any]
+    texture_unit: float = 1.0
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
         """(H, W) grain: factor on the light of this index."""
-        return _plane(self.textures, led_array)
+        return _plane(self.textures, led_array, self.texture_unit)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
@@ -113,9 +115,19 @@ class Membrane:
         Number of lights; each has its own grain.
     faults : Faults
     seed : int
+    compiled : bool
+        Textures are for the kernels, which read 16 bits as fast as they are.
     """
 
-    def __init__(self, profile: SensorBuild, led_arrays: int, faults: Faults, seed: int) -> None:
+    def __init__(
+        self,
+        profile: SensorBuild,
+        led_arrays: int,
+        faults: Faults,
+        seed: int,
+        *,
+        compiled: bool = False,
+    ) -> None:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
@@ -146,9 +158,14 @@ class Membrane:
                 self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
             )
         # Remapping an image of four channels takes as long as one of a single channel.
-        self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
+        stacked = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
         for number, texture in enumerate(textures):
-            _plane(self._textures, number)[:] = texture
+            stacked[number // 4, ..., number % 4] = texture
+        self._unit, self._textures = 1.0, stacked
+        if compiled and scratches is None:
+            # half of the bytes; a step is a few millionths of the light
+            self._unit = float(stacked.max()) / np.iinfo(np.uint16).max
+            self._textures = np.rint(stacked / np.float32(self._unit)).astype(np.uint16)
         (rows, columns), m = self._shape, self._margin
         self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
 
@@ -162,7 +179,9 @@ class Membrane:
     ) -> Surface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._moved(displacement_mm)
-        reflectance = None if self._print is None else _plane(textures, self._print)
+        reflectance = None
+        if self._print is not None and markers_px is None:
+            reflectance = _plane(textures, self._print, self._unit)
         if self.markers is not None and markers_px is not None:
             reflectance = self._printed(self.markers, markers_px, compiled)
         if self._absorption:
@@ -170,8 +189,10 @@ class Membrane:
             reflectance = darker if reflectance is None else reflectance * darker
         relief = height_mm
         if self._scratches is not None:
-            relief = height_mm + _plane(textures, self._scratches)
-        return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
+            relief = height_mm + _plane(textures, self._scratches, self._unit)
+        return Surface(
+            relief, self._rest_slopes, self._mm_per_px, reflectance, textures, self._unit
+        )
 
     def _printed(
         self, markers: MarkerPrint, markers_px: NDArray[np.float64], compiled: ModuleType | None
@@ -185,7 +206,7 @@ class Membrane:
         )
         return bare
 
-    def _moved(self, displacement_mm: Float32 | None) -> Float32:
+    def _moved(self, displacement_mm: Float32 | None) -> NDArray[Any]:
         """Every texture, moved by the displacement."""
         if displacement_mm is None:
             return self._at_rest
@@ -200,9 +221,10 @@ class Membrane:
         return moved
 
 
-def _plane(textures: Float32, number: int) -> Float32:
-    # A view: a copy would cost more than strided reads.
-    return textures[number // 4, ..., number % 4]
+def _plane(textures: NDArray[Any], number: int, unit: float) -> Float32:
+    plane = textures[number // 4, ..., number % 4]
+    # A view of numbers in single precision: a copy would cost more than strided reads.
+    return plane if plane.dtype == np.float32 else plane * np.float32(unit)
 
 
 def _averaged(values: Float32, size: tuple[int, int]) -> Float32:

@@ -66,7 +66,7 @@ def parts_ms(name: str, frames: int) -> list[float]:
         height, moved = surface.seen(chosen(compiled))
         markers = surface.carried_px(optics.markers_px) if len(optics.markers_px) else None
         clock.append(time.process_time())
-        pixels = optics.expose(height, moved, markers, frame=number)
+        pixels = optics.expose(height, moved, markers, frame=number, finite=True)
         clock.append(time.process_time())
         compress(pixels)
         clock.append(time.process_time())

@@ -183,8 +183,25 @@ MODELS = {
     ),
     "virtual-light": (
         "Virtual light",
-        "Rendering of the gel surface as a rig's camera sees it.",
-        ("tactile_core.sim.optics",),
+        "Rendering of the gel surface in the light of a rig.",
+        (
+            "tactile_core.sim.optics.rig",
+            "tactile_core.sim.optics.coating",
+            "tactile_core.sim.optics.lights",
+            "tactile_core.sim.optics.shadows",
+            "tactile_core.sim.optics.sources",
+            "tactile_core.sim.optics.surface",
+            "tactile_core.sim.optics.markers",
+            "tactile_core.sim.optics.quick",
+        ),
+    ),
+    "virtual-camera": (
+        "Virtual camera",
+        "Light to pixel values, and the defects of a rig.",
+        (
+            "tactile_core.sim.optics.camera",
+            "tactile_core.sim.optics.faults",
+        ),
     ),
 }
 """Pages outside ``tactile_core.algorithms``: title, purpose, and full names."""

@@ -15,12 +15,16 @@ class BandedParameters(NamedTuple):
 
     Attributes
     ----------
-    block : int, rows or columns
-        Size of a block along the longer side of the matrix.
-        Source: chosen by hand: fast for images of 480 rows of 640 pixels.
+    blocks : int, count
+        Number of blocks, unless they would be small.
+        Source: measured with images of 480 rows of 640 pixels.
+    smallest_block : int, rows or columns
+        Smallest size of a block along the longer side of the matrix.
+        Source: measured with 130 nodes; smaller products cost more per number.
     """
 
-    block: int = 60
+    blocks: int = 12
+    smallest_block: int = 20
 
 
 BANDED = BandedParameters()
@@ -43,7 +47,9 @@ class BandedMatrix:
     def of(cls, matrix: Array) -> BandedMatrix:
         """Split a matrix (N, n)."""
         blocks, count = [], len(matrix)
-        size = -(-BANDED.block * count // max(matrix.shape))
+        longest = max(matrix.shape)
+        block = max(BANDED.smallest_block, longest // BANDED.blocks)
+        size = -(-block * count // longest)
         for start in range(0, count, size):
             rows = slice(start, min(start + size, count))
             used = np.flatnonzero(matrix[rows].any(0))
@@ -53,8 +59,17 @@ class BandedMatrix:
         return cls(tuple(blocks))
 
     def times(self, field: Float32) -> Float32:
-        """(N, W) product of the matrix and a field (n, W)."""
-        out = np.empty((self.blocks[-1][0].stop, field.shape[1]), np.float32)
+        """(..., N, W) product of the matrix and a field (..., n, W): along the columns."""
+        shape = *field.shape[:-2], self.blocks[-1][0].stop, field.shape[-1]
+        out = np.empty(shape, np.float32)
         for rows, columns, part in self.blocks:
-            np.matmul(part, field[columns], out=out[rows])
+            np.matmul(part, field[..., columns, :], out=out[..., rows, :])
         return out
+
+    def along(self, field: Float32) -> Float32:
+        """(..., H, N) product of a field (..., H, n) and the transposed matrix: along the rows."""
+        lines = field.reshape(-1, field.shape[-1])
+        out = np.empty((len(lines), self.blocks[-1][0].stop), np.float32)
+        for rows, columns, part in self.blocks:
+            np.matmul(lines[:, columns], part.T, out=out[:, rows])
+        return out.reshape(*field.shape[:-1], -1)

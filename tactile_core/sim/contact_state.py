@@ -30,11 +30,12 @@ class Pose:
 
     def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
         """Transform points from the sensor frame into the object's frame."""
-        x, y = x_mm - self.x_mm, y_mm - self.y_mm
+        # numbers of Python do not turn single into double precision
+        x, y = x_mm - float(self.x_mm), y_mm - float(self.y_mm)
         if self.angle_deg == 0:
             return x, y
         angle = np.radians(self.angle_deg)
-        cos, sin = np.cos(angle), np.sin(angle)
+        cos, sin = float(np.cos(angle)), float(np.sin(angle))
         return cos * x + sin * y, cos * y - sin * x
 
     def back(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:

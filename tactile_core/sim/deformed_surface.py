@@ -104,7 +104,7 @@ class DeformedSurface:
 
         Some of its ``markers_px`` may be outside the image.
         """
-        return self._true(self.markers_px)
+        return self._true(self.wrench, self.carried_px(self.markers_px))
 
     def seen(
         self, compiled: ModuleType | None = None
@@ -117,7 +117,7 @@ class DeformedSurface:
             :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
         """
         if compiled is None:
-            truth = self._true(np.zeros((0, 2)))
+            truth = self._true(np.zeros(4), np.zeros((0, 2)))  # neither is seen
             return truth.height_mm, truth.displacement_mm
         height, displacement = self._sampler.seen(self._state.displacement_mm, compiled)
         imprint = self._imprint
@@ -125,11 +125,11 @@ class DeformedSurface:
             imprint.deepen(height, displacement)
         return height, displacement
 
-    def _true(self, markers_px: ArrayLike) -> TrueState:
+    def _true(self, wrench: NDArray[np.float64], markers_px: NDArray[np.float64]) -> TrueState:
         state = self._state
         return TrueState(
-            self.wrench,
-            self.carried_px(markers_px),
+            wrench,
+            markers_px,
             self.time_s,
             state.pose,
             state.depth_mm,

@@ -137,7 +137,8 @@ class SoftGel:
 
     def rest_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """z of the undeformed gel surface: 0 in the middle, negative towards the camera."""
-        rest = np.zeros(np.broadcast_shapes(x_mm.shape, y_mm.shape))
+        shape = np.broadcast_shapes(x_mm.shape, y_mm.shape)
+        rest = np.zeros(shape, np.result_type(x_mm, y_mm, np.float32))
         if self.radius_mm is not None:
             square = x_mm**2 + y_mm**2
             rest += cap(square, self.radius_mm) - self.radius_mm
@@ -151,7 +152,9 @@ class SoftGel:
             if self.crown_mm:
                 power = GEL.crown_exponent / 2
                 rest -= self.crown_mm * (u**power + v**power)
-            rest = np.where(np.maximum(u, v) > 1, NO_GEL_MM, rest)
+            beyond = np.maximum(u, v) > 1
+            if beyond.any():
+                rest[beyond] = NO_GEL_MM
         return rest
 
     def rest_on(self, grid: Grid) -> Array:

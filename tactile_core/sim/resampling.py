@@ -6,6 +6,7 @@ from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +22,11 @@ class InversionParameters(NamedTuple):
     Attributes
     ----------
     rough_steps : int, count
-        Fixed-point iterations with OpenCV, which is fast and rounds positions to 1/32 node.
+        Fixed-point iterations with OpenCV, which is fast, and before version 5
+        rounds positions to 1/32 node.
         Source: chosen by hand; no script derives it.
     exact_steps : int, count
-        Further iterations in floating point.
+        Further iterations in floating point. OpenCV 5 does not round, and is used for them, too.
         Source: chosen by hand; no script derives it.
     margin_nodes : int, nodes
         Nodes beyond the border of the image that the splines use.
@@ -43,6 +45,11 @@ class InversionParameters(NamedTuple):
 
 INVERSION = InversionParameters()
 """The values in use."""
+
+_READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
+"""Whether OpenCV reads at any position; older versions round positions to 1/32 of a node."""
+_CHANNELS = 4
+"""Channels of an image that OpenCV reads fastest."""
 
 
 class ImageSampler:
@@ -83,8 +90,7 @@ class ImageSampler:
         if known is None or known[0] is not displacement_mm:
             every_row, every_column = self._solutions
             moved = np.asarray(displacement_mm, np.float32)
-            parts = [every_row.times(every_column.times(part.T).T) for part in moved]
-            self._known = known = displacement_mm, np.stack(parts)
+            self._known = known = displacement_mm, every_row.times(every_column.along(moved))
         return known[1]
 
     def origins(self, displacement_mm: Array) -> Float32:
@@ -95,19 +101,18 @@ class ImageSampler:
         displacement_mm : (2, ny, nx)
             x and y displacement of each material node.
         """
-        import cv2
-
         row, column = self.window.of(np.indices(self.grid.shape, np.float32))
         moved = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
         across, down = moved
         x, y = column - self.window.of(across), row - self.window.of(down)
-        for _ in range(INVERSION.rough_steps):
+        exact = 0 if _READS_BETWEEN else INVERSION.exact_steps
+        for _ in range(INVERSION.rough_steps + INVERSION.exact_steps - exact):
             here = [
                 cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for part in (across, down)
             ]
             x, y = column - here[0], row - here[1]
-        for _ in range(INVERSION.exact_steps):
+        for _ in range(exact):
             across_here, down_here = _linear(moved, x, y)
             x, y = column - across_here, row - down_here
         return np.stack([y, x])
@@ -127,11 +132,13 @@ class ImageSampler:
         places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
         corner = np.minimum(places.astype(np.intp), last - 1)
         x, y = (places - corner).T
-        wx, wy = np.stack(_weights(x)), np.stack(_weights(y))
-        four = np.arange(4)
-        rows, columns = corner[:, 1, None] + four, corner[:, 0, None] + four
-        near = self.coefficients(displacement_mm)[:2, rows[:, :, None], columns[:, None]]
-        return np.asarray(np.einsum("kpij,ip,jp->pk", near, wy, wx))
+        wx, wy = np.stack(_weights(x), 1), np.stack(_weights(y), 1)
+        nodes = self.coefficients(displacement_mm)[:2].reshape(2, -1)
+        width = self.grid.nx + 2
+        sixteen = (np.arange(4)[:, None] * width + np.arange(4)).reshape(-1)
+        near = nodes.take(corner[:, 1:] * width + corner[:, :1] + sixteen, axis=1)
+        weights = (wy[:, :, None] * wx[:, None]).reshape(-1, 16)
+        return np.ascontiguousarray((near * weights).sum(-1).T)
 
     def at_present(self, displacement_mm: Array, origins: Float32) -> Float32:
         """(3, my, mx) current displacement at the needed nodes, along x, y and z.
@@ -148,13 +155,13 @@ class ImageSampler:
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
-        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
+        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
         return _between(rows.values, known, columns.values)
 
     def slopes(self, field: Array) -> Float32:
         """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
         rows, columns = self._splines
-        known = rows.solution @ np.asarray(field, np.float32) @ columns.solution.T
+        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
         along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
         along[0] = _between(rows.values, known, columns.slopes)
         along[1] = _between(rows.slopes, known, columns.values)
@@ -184,7 +191,8 @@ class ImageSampler:
             now,
         )
         images = np.empty((3, *self.shape), np.float32)
-        for known, image in zip(rows.solution @ now @ columns.solution.T, images, strict=True):
+        knowns = rows.solution.times(columns.solution.along(now))
+        for known, image in zip(knowns, images, strict=True):
             compiled.values(known, rows.tables, columns.tables, image)
         return images[2], np.moveaxis(images[:2], 0, 2)
 
@@ -208,8 +216,6 @@ class ImageSampler:
         places : (2, H, W) float32
             Original row and column of the material that is now at each pixel.
         """
-        import cv2
-
         row, column = places
         return np.asarray(cv2.remap(nodes.astype(np.float32), column, row, cv2.INTER_LINEAR) > 0.5)
 
@@ -219,8 +225,8 @@ class _BSplines(NamedTuple):
 
     Attributes
     ----------
-    solution : (n + 2, n) float32
-        Matrix from values at the nodes to coefficients.
+    solution : BandedMatrix
+        From n values at the nodes to n + 2 coefficients.
     values, slopes : BandedMatrix
         From coefficients to the values at N target positions, and to their derivatives.
     tables : (N,) int64 and (4, N) float32
@@ -228,7 +234,7 @@ class _BSplines(NamedTuple):
         weights.
     """
 
-    solution: Float32
+    solution: BandedMatrix
     values: BandedMatrix
     slopes: BandedMatrix
     tables: tuple[NDArray[np.int64], Float32]
@@ -244,7 +250,7 @@ class _BSplines(NamedTuple):
         four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
         slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
         return cls(
-            _solution(count),
+            BandedMatrix.of(_solution(count)),
             BandedMatrix.of(weights.toarray()),
             BandedMatrix.of(slopes),
             (first, four),
@@ -272,7 +278,7 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
 
 def _between(rows: BandedMatrix, known: Float32, columns: BandedMatrix) -> Float32:
     """Product of a matrix for the rows, coefficients, and a matrix for the columns."""
-    return rows.times(columns.times(known.T).T)
+    return rows.times(columns.along(known))
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
@@ -298,6 +304,8 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
     """Cubic splines of coefficients (k, ny + 2, nx + 2) at places in nodes, constant beyond."""
     count, rows, columns = coefficients.shape
     (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
+    if _READS_BETWEEN and count <= _CHANNELS:
+        return _cubic_by_linear(coefficients, (i, b), (j, a))
     place, nodes = i * columns + j, coefficients.reshape(count, -1)
     total = np.zeros((count, *row.shape), np.float32)
     across = _weights(a)
@@ -305,6 +313,29 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
         for k, w in enumerate(across):
             total += (weight * w) * nodes.take(place + (down * columns + k), 1)
     return total
+
+
+def _cubic_by_linear(
+    coefficients: Float32,
+    rows: tuple[NDArray[np.intp], Float32],
+    columns: tuple[NDArray[np.intp], Float32],
+) -> Float32:
+    """Cubic splines in cells (index, fraction), as four weighted linear interpolations."""
+    count = len(coefficients)
+    nodes = cv2.merge([*coefficients, *coefficients[:1].repeat(_CHANNELS - count, 0)])
+    # two adjacent coefficients of positive weights: their sum times a value between them
+    halves = []
+    for first, fraction in (rows, columns):
+        a, b, c, d = _weights(fraction)
+        before, after, start = a + b, c + d, first.astype(np.float32)
+        halves.append(((before, start + b / before), (after, start + 2 + d / after)))
+    total = np.zeros((*rows[1].shape, _CHANNELS), np.float32)
+    for down, y in halves[0]:
+        for across, x in halves[1]:
+            value = np.asarray(cv2.remap(nodes, x, y, cv2.INTER_LINEAR))
+            value *= cv2.merge([down * across] * _CHANNELS)
+            total += value
+    return np.stack(cv2.split(total)[:count])
 
 
 def _needed(nodes: Array, targets: Array) -> slice:

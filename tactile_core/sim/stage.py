@@ -123,7 +123,9 @@ class VirtualStage(GelSurface):
         """Take a frame with every exposure of the rig's sequence."""
         height_mm, displacement_mm = self.seen(kernels.chosen(self._compiled))
         markers_px = self.carried_px(self.markers_px) if len(self.markers_px) else None
-        pixels = self._optics.expose(height_mm, displacement_mm, markers_px, frame=self._shot)
+        pixels = self._optics.expose(
+            height_mm, displacement_mm, markers_px, frame=self._shot, finite=True
+        )
         channels = self._optics.channels
         sequential = self._shots > 1
         taken = Frame(

@@ -73,17 +73,21 @@ class Response:
     def __init__(self, shape: tuple[int, int], symbols: Symbols, dtype: DTypeLike) -> None:
         self.shape, self.dtype = shape, np.dtype(dtype)
         self._symbols = Symbols(*(part.astype(self.dtype) for part in symbols))
+        # real and imaginary parts of a wave have the same factor: products of real numbers take a
+        # fraction of the time of complex ones
+        self._factors = Symbols(*(np.repeat(part, 2, axis=-1) for part in self._symbols))
         self._resolvent: tuple[tuple[float, float, float], Resolvent] | None = None
         self._part: tuple[tuple[int, int], WaveProducts] | None = None
 
     def indentation(self, pressure: Array) -> Array:
         """(ny, nx) indentation in mm due to a pressure (ny, nx) in MPa."""
-        return self._inverse(self._symbols.normal * self._forward(pressure), pressure)
+        waves = self._factors.normal * self._real(self._forward(pressure))
+        return self._inverse(self._waves(waves), pressure)
 
     def shift(self, traction: Array) -> Array:
         """(2, ny, nx) tangential displacement in mm due to a shear traction (2, ny, nx)."""
-        waves = self._forward(traction)
-        return self._inverse(_tangential(waves, *self._symbols[2:]), traction)
+        waves = _tangential(self._real(self._forward(traction)), *self._factors[2:])
+        return self._inverse(self._waves(waves), traction)
 
     def waves(self, loads: Array) -> NDArray[Any]:
         """Return the waves of loads (n, ny, nx), for responses on the same grid."""
@@ -100,30 +104,36 @@ class Response:
         waves : array
             Those of the loads.
         """
-        xx, yy, xy = (self._inverse(part * waves, loads) for part in self._symbols[2:])
+        parts = self._real(waves)
+        xx, yy, xy = (
+            self._inverse(self._waves(factor * parts), loads) for factor in self._factors[2:]
+        )
         return xx, yy, xy
 
     def spread(self, pressure: Array) -> Array:
         """(2, ny, nx) tangential displacement due to a pressure: outwards."""
-        return self._inverse(self._symbols.coupling * (-1j * self._forward(pressure)), pressure)
+        waves = self._factors.coupling * self._real(-1j * self._forward(pressure))
+        return self._inverse(self._waves(waves), pressure)
 
     def bulge(self, traction: Array) -> Array:
         """(ny, nx) indentation due to a shear traction."""
-        x, y = 1j * self._forward(traction)
-        along, down = self._symbols.coupling
-        return self._inverse(along * x + down * y, traction)
+        x, y = self._real(1j * self._forward(traction))
+        along, down = self._factors.coupling
+        return self._inverse(self._waves(along * x + down * y), traction)
 
     def displacement(self, traction: Array, pressure: Array) -> Array:
         """(3, ny, nx) displacement due to all loads: x, y and indentation."""
-        normal, (along, down), *shear = self._symbols
+        normal, (along, down), *shear = self._factors
         loads = self._forward(np.concatenate([traction, pressure[None]]))
-        x, y, pressure_i = *loads[:2], 1j * loads[2]
-        waves = np.empty_like(loads)
-        waves[:2] = _tangential(loads, *shear)
+        parts, (x, y, pressure_i) = self._real(loads), self._real(1j * loads)
+        waves = np.empty_like(parts)
+        waves[:2] = _tangential(parts, *shear)
         waves[0] -= along * pressure_i
         waves[1] -= down * pressure_i
-        waves[2] = normal * loads[2] + 1j * (along * x + down * y)
-        return self._inverse(waves, pressure)
+        np.multiply(normal, parts[2], out=waves[2])
+        waves[2] += along * x
+        waves[2] += down * y
+        return self._inverse(self._waves(waves), pressure)
 
     def resolvent(self, rho: float, stiffening: float = 1.0, *, gain: float = 1.0) -> Resolvent:
         """Return the solver of (C / stiffening + rho) q = gain b, where C is :meth:`shift`.
@@ -189,28 +199,36 @@ class Response:
         normal, xx, yy, xy, along, down = cropped
         return Response(shape, Symbols(normal, np.stack([along, down]), xx, yy, xy), self.dtype)
 
-    @property
+    @cached_property
     def _complex(self) -> np.dtype[Any]:
         return np.result_type(self.dtype, np.complex64)
 
-    def _forward(self, field: Array) -> NDArray[Any]:
-        from scipy.fft import rfft2
+    def _real(self, waves: NDArray[Any]) -> Array:
+        """Real and imaginary parts of waves by turns."""
+        return waves.view(self.dtype)
 
+    def _waves(self, parts: Array) -> NDArray[Any]:
+        """Waves of real and imaginary parts by turns."""
+        return parts.view(self._complex)
+
+    def _forward(self, field: Array) -> NDArray[Any]:
         field = field.astype(self.dtype, copy=False)
         products = self._products(field.shape[-2:])
         if products is not None:
             return products.forward(field)
+        from scipy.fft import rfft2
+
         # an explicit shape, even if unchanged, costs more than a small transform
         shape = None if field.shape[-2:] == self.shape else self.shape
         return np.asarray(rfft2(field, s=shape, workers=1))
 
     def _inverse(self, waves: NDArray[Any], like: Array) -> Array:
-        from scipy.fft import irfft2
-
         rows, columns = like.shape[-2:]
         products = self._products((rows, columns))
         if products is not None:
             return products.inverse(waves)
+        from scipy.fft import irfft2
+
         # as above; the default shape is that of an even number of columns
         shape = None if self.shape[1] % 2 == 0 else self.shape
         return np.asarray(irfft2(waves, s=shape, workers=1)[..., :rows, :columns])
@@ -240,7 +258,7 @@ class Resolvent:
     def __call__(self, displacement: Array) -> Array:
         """(2, ny, nx) traction for a displacement b (2, ny, nx) of all nodes."""
         waves = self._response._forward(displacement)
-        x, y = waves.view(self._response.dtype)
+        x, y = self._response._real(waves)
         across = self._xy * x
         x *= self._xx
         x += self._xy * y
@@ -249,9 +267,9 @@ class Resolvent:
         return self._response._inverse(waves, displacement)
 
 
-def _tangential(waves: NDArray[Any], xx: Array, yy: Array, xy: Array) -> NDArray[Any]:
+def _tangential(parts: Array, xx: Array, yy: Array, xy: Array) -> Array:
     """Apply the symmetric 2 × 2 tensor (xx, yy, xy) to the first two planes."""
-    x, y = waves[:2]
+    x, y = parts[:2]
     out = np.empty((2, *x.shape), x.dtype)
     np.multiply(xx, x, out=out[0])
     out[0] += xy * y

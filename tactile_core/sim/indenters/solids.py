@@ -32,9 +32,18 @@ SOLID = SolidParameters()
 
 def round_gap(distance_mm: Array, radius_mm: float) -> Array:
     """Height of a circle of this radius above its lowest point; FAR_MM outside the circle."""
-    square = np.clip(distance_mm / radius_mm, 0, 1) ** 2
-    rise = radius_mm * square / (1 + np.sqrt(1 - square))  # avoids cancellation near 0
-    return np.asarray(np.where(distance_mm < SOLID.lower_side_share * radius_mm, rise, FAR_MM))
+    near = distance_mm < SOLID.lower_side_share * radius_mm
+    if near.all():
+        return _rise(distance_mm, radius_mm)
+    # most nodes of a gel surface are not below the object
+    gap = np.full_like(distance_mm, FAR_MM)
+    gap[near] = _rise(distance_mm[near], radius_mm)
+    return gap
+
+
+def _rise(distance_mm: Array, radius_mm: float) -> Array:
+    square = np.maximum(distance_mm / radius_mm, 0) ** 2
+    return np.asarray(radius_mm * square / (1 + np.sqrt(1 - square)))  # no cancellation near 0
 
 
 def rim_gap(outside_mm: Array, edge_mm: float) -> Array:

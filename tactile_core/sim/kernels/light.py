@@ -67,10 +67,22 @@ def _normals(relief_mm: Float32, rest: Float32, half: Any, row: int, out: Float3
 
 @njit(**ROW)
 def _lit(
-    x: Float32, y: Float32, z: Float32, a: Float32, b: Float32, c: Float32, square: Any, out: Any
+    x: Float32,
+    y: Float32,
+    z: Float32,
+    a: Any,
+    b: Any,
+    c: Any,
+    unit: Float32,
+    zero: Float32,
+    square: Any,
+    out: Float32,
 ) -> None:
+    ua, ub, uc = unit[0], unit[1], unit[2]
+    za, zb, zc = zero[0], zero[1], zero[2]
     for j in range(out.size):
-        cosine = x[j] * a[j] + y[j] * b[j] + z[j] * c[j]
+        cosine = x[j] * (np.float32(a[j]) * ua + za) + y[j] * (np.float32(b[j]) * ub + zb)
+        cosine += z[j] * (np.float32(c[j]) * uc + zc)
         out[j] = cosine + np.sqrt(cosine * cosine + square)
 
 
@@ -79,16 +91,21 @@ def _power(
     x: Float32,
     y: Float32,
     z: Float32,
-    a: Float32,
-    b: Float32,
-    c: Float32,
-    peak: Float32,
+    a: Any,
+    b: Any,
+    c: Any,
+    peak: Any,
+    unit: Float32,
+    zero: Float32,
     left: Float32,
     power: Any,
 ) -> None:
     """Split exp's argument into a power of two, as bits of a float, and a remainder."""
+    ua, ub, uc, up = unit[3], unit[4], unit[5], unit[6]
+    za, zb, zc, zp = zero[3], zero[4], zero[5], zero[6]
     for j in range(left.size):
-        value = x[j] * a[j] + y[j] * b[j] + z[j] * c[j] + peak[j]
+        value = x[j] * (np.float32(a[j]) * ua + za) + y[j] * (np.float32(b[j]) * ub + zb)
+        value += z[j] * (np.float32(c[j]) * uc + zc) + (np.float32(peak[j]) * up + zp)
         value = min(max(value, np.float32(-80)), np.float32(80))
         whole = np.floor(value * _LOG2_E + np.float32(0.5))
         left[j] = (value - whole * _LN2_HIGH) - whole * _LN2_LOW
@@ -115,21 +132,27 @@ def _add_textured(row: Float32, grain: Float32, level: Any, out: Float32) -> Non
 
 
 @njit(**ROW)
-def _apart(every: Float32, a: Float32, b: Float32, c: Float32, d: Float32) -> None:
+def _apart(every: Any, unit: Any, a: Float32, b: Float32, c: Float32, d: Float32) -> None:
     """Split four interleaved textures."""
     for j in range(a.size):
-        a[j] = every[4 * j]
-        b[j] = every[4 * j + 1]
-        c[j] = every[4 * j + 2]
-        d[j] = every[4 * j + 3]
+        a[j] = np.float32(every[4 * j]) * unit
+        b[j] = np.float32(every[4 * j + 1]) * unit
+        c[j] = np.float32(every[4 * j + 2]) * unit
+        d[j] = np.float32(every[4 * j + 3]) * unit
 
 
 @njit(**ROW)
-def _dim(up: Float32, ambient: Any, printed: Float32, glass: Float32, row: Float32) -> None:
-    """Add the ambient light, and absorb in the print and in the lens."""
+def _product(a: Float32, b: Float32, out: Float32) -> None:
+    for j in range(out.size):
+        out[j] = a[j] * b[j]
+
+
+@njit(**ROW)
+def _dim(up: Float32, ambient: Any, clear: Float32, row: Float32) -> None:
+    """Add the ambient light, and absorb."""
     half = np.float32(0.5)
     for j in range(row.size):
-        row[j] = (row[j] + (half * up[j] + half) * ambient) * printed[j] * glass[j]
+        row[j] = (row[j] + (half * up[j] + half) * ambient) * clear[j]
 
 
 @njit(**ROW)
@@ -180,8 +203,8 @@ def _interleaved(a: Any, b: Any, c: Any, out: Any) -> None:
 
 @njit(**LOOP)
 def photograph(
-    surface: tuple[Float32, Float32, Float32, Float32, float],
-    lights: tuple[Float32, Float32, Float32, Float32],
+    surface: tuple[Float32, Float32, Any, float, Float32, float],
+    lights: tuple[Any, Float32, Float32, Float32],
     lit: tuple[Any, Float32, Any],
     shade: tuple[Float32, int, Any, Any],
     ambient: Float32,
@@ -196,12 +219,13 @@ def photograph(
 
     Parameters
     ----------
-    surface : relief_mm, rest, textures, printed, mm_per_px
+    surface : relief_mm, rest, textures, texture_unit, printed, mm_per_px
         (H, W) relief, at least 2 × 2; (2, H, W) or (2, 0, 0) slopes of the undeformed surface;
-        (T, H, W, 4) textures of four lights each; (H, W) or (0, 0) reflectance of the print.
-    lights : toward, lobe, peak, blur
-        As in :class:`~tactile_core.sim.optics.coating.Shading`, of S lights: (S, 3, H, W),
-        (S, 3, H, W) or (S, 3, 0, 0), (S, H, W) or (S, 0, 0), and (S,).
+        (T, H, W, 4) textures of four lights each, and their unit; (H, W) or (0, 0) reflectance
+        of the print.
+    lights : planes, unit, zero, blur
+        As in :class:`~tactile_core.sim.optics.quick.StackedLights`, of S lights: (S, P, H, W)
+        int16, where P is 3 or 7; (S, P, H), (S, P, H), and (S,).
     lit : numbers, levels, fed
         Of the L lights that are on, in any exposure: (L,) int indices, (L,) float32 brightness,
         and (L, E K) bool channels that receive them, of K colours of E exposures.
@@ -224,8 +248,9 @@ def photograph(
     pixels : (E, H, W K) uint8 or uint16
         Overwritten.
     """
-    relief_mm, rest, textures, printed, mm_per_px = surface
-    toward, lobe, peak, blur = lights
+    relief_mm, rest, textures, texture_unit, printed, mm_per_px = surface
+    unit_of_grain = np.float32(texture_unit)
+    planes, units, zeros, blur = lights
     numbers, levels, fed = lit
     hidden, left, coarse, share = shade
     samples, scales = noise
@@ -242,7 +267,7 @@ def photograph(
     plane, rest_of = np.empty(columns, np.float32), np.empty(columns, np.float32)
     power = np.empty(columns, np.int32)
     light = np.empty((count, columns), np.float32)
-    bare = np.ones(columns, np.float32)
+    covered = np.empty(columns, np.float32)
     mixed, levels_of = np.empty(columns, np.float32), np.empty(columns, np.uint16)
     coded = np.empty((colours, columns), pixels.dtype)
     for row in range(rows):
@@ -251,15 +276,24 @@ def photograph(
         for t in range(len(textures)):
             if used[t]:
                 four = textures[t, row].reshape(4 * columns)
-                _apart(four, grain[4 * t], grain[4 * t + 1], grain[4 * t + 2], grain[4 * t + 3])
+                _apart(
+                    four,
+                    unit_of_grain,
+                    grain[4 * t],
+                    grain[4 * t + 1],
+                    grain[4 * t + 2],
+                    grain[4 * t + 3],
+                )
         light[:] = 0
         for k in range(len(numbers)):
             s = numbers[k]
             square = np.float32(blur[s] * blur[s])
-            _lit(x, y, z, toward[s, 0, row], toward[s, 1, row], toward[s, 2, row], square, plane)
-            if peak.size:
-                a, b, c = lobe[s, 0, row], lobe[s, 1, row], lobe[s, 2, row]
-                _power(x, y, z, a, b, c, peak[s, row], rest_of, power)
+            unit, zero = units[s, :, row], zeros[s, :, row]
+            a, b, c = planes[s, 0, row], planes[s, 1, row], planes[s, 2, row]
+            _lit(x, y, z, a, b, c, unit, zero, square, plane)
+            if planes.shape[1] > 3:
+                a, b, c = planes[s, 3, row], planes[s, 4, row], planes[s, 5, row]
+                _power(x, y, z, a, b, c, planes[s, 6, row], unit, zero, rest_of, power)
                 _add_exponential(rest_of, power.view(np.float32), plane)
             before = coarse[row]
             if before >= 0:
@@ -269,9 +303,12 @@ def photograph(
             for channel in range(count):
                 if fed[k, channel]:
                     _add_textured(plane, grain[s], levels[k], light[channel])
+        clear = glass[row]
+        if printed.size:
+            _product(printed[row], clear, covered)
+            clear = covered
         for channel in range(count):
-            covered = printed[row] if printed.size else bare
-            _dim(z, ambient[channel], covered, glass[row], light[channel])
+            _dim(z, ambient[channel], clear, light[channel])
         for channel in range(count):
             colour = channel % colours
             if colours == 3:

@@ -8,10 +8,32 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32
-from tactile_core.algorithms.kernels.options import LOOP
+from tactile_core.algorithms.kernels.options import LOOP, ROW
 
 ROUND, SQUARE, TRIANGLE = 0, 1, 2
 """Codes of the marker shapes: numba takes numbers rather than names."""
+_SIN_60, _INSIDE = np.float32(np.sqrt(3) / 2), np.float32(1 / (2 * np.sqrt(3)))
+"""Sine of 60°, and the radius of the circle inside a triangle of side 1."""
+
+
+@njit(**ROW)
+def _darken(
+    dx: Any, dy: Any, cos: Any, sin: Any, size: Any, shape: int, lost: Any, row: Float32
+) -> None:
+    """Darken a part of a row by one marker; dx and dy are its first pixel's from the centre."""
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+    for j in range(row.size):
+        across = dx + np.float32(j)
+        x, y = across * cos + dy * sin, dy * cos - across * sin
+        if shape == ROUND:
+            outside = np.sqrt(x * x + y * y) - half * size
+        elif shape == SQUARE:
+            outside = max(abs(x), abs(y)) - half * size
+        else:
+            aside = abs(x) * _SIN_60 - half * y
+            outside = max(y, aside) - size * _INSIDE
+        share = min(max(half - outside, zero), one)
+        row[j] = min(row[j], one - lost * share)
 
 
 @njit(**LOOP)
@@ -34,24 +56,17 @@ def draw(centres: Any, turned: Any, size: float, shape: int, ink: float, bare: F
         Ones; overwritten where there are markers.
     """
     rows, columns = bare.shape
-    reach = size * (0.5 if shape == ROUND else 0.75) + 1
-    whole = max(size / 2 - 0.5, 0.0) ** 2  # closer to the middle, a round marker covers the pixel
+    lost = np.float32(1 - ink)
     for k in range(len(centres)):
         x0, y0 = centres[k]
-        cos, sin = np.cos(turned[k]), np.sin(turned[k])
+        cos, sin = np.float32(np.cos(turned[k])), np.float32(np.sin(turned[k]))
+        reach = size * 0.75 + 1
+        if shape == ROUND:
+            reach = size / 2 + 1
+        elif shape == SQUARE:
+            reach = size / 2 * float(abs(cos) + abs(sin)) + 1
+        left, right = max(int(x0 - reach), 0), min(int(x0 + reach) + 2, columns)
         for i in range(max(int(y0 - reach), 0), min(int(y0 + reach) + 2, rows)):
-            for j in range(max(int(x0 - reach), 0), min(int(x0 + reach) + 2, columns)):
-                dx, dy = j - x0, i - y0
-                square = dx * dx + dy * dy
-                if square > reach * reach:
-                    continue
-                x, y = dx * cos + dy * sin, dy * cos - dx * sin
-                if shape == ROUND:
-                    outside = -1.0 if square < whole else np.sqrt(square) - size / 2
-                elif shape == SQUARE:
-                    outside = max(abs(x), abs(y)) - size / 2
-                else:
-                    aside = abs(x) * np.sqrt(3) / 2 - y / 2
-                    outside = max(y, aside) - size / (2 * np.sqrt(3))
-                share = min(max(0.5 - outside, 0.0), 1.0)
-                bare[i, j] = min(bare[i, j], np.float32(1 - (1 - ink) * share))
+            if left < right:
+                dx, dy = np.float32(left - x0), np.float32(i - y0)
+                _darken(dx, dy, cos, sin, np.float32(size), shape, lost, bare[i, left:right])

@@ -132,10 +132,10 @@ class Chip:
         """
         rows = light.reshape(-1, light.shape[-1])  # OpenCV adds planes below each other at once
         # Photons arrive independently: variance is proportional to light.
-        spread = rows * np.float32(1 / self.full_well_e)
-        spread += np.float32((self.read_noise_e / self.full_well_e) ** 2)
+        spread = rows + np.float32(self.read_noise_e**2 / self.full_well_e)
         cv2.sqrt(spread, dst=spread)
         spread *= noise.reshape(rows.shape)
+        noise_scale /= self.full_well_e**0.5
         most = self._levels - 1
         levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
         return self._coded(np.asarray(levels)).reshape(light.shape)

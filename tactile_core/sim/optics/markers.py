@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -127,7 +128,7 @@ class MarkerPrint:
         lowest = self.rest_px.min()
         return max(0, int(np.floor(-lowest - self.size_px)))
 
-    def cover(self, shape: tuple[int, int], centres_px: Float64) -> Float32:
+    def reflectance(self, shape: tuple[int, int], centres_px: Float64, ink: float) -> Float32:
         """Draw the markers at their current positions.
 
         Parameters
@@ -135,15 +136,16 @@ class MarkerPrint:
         shape : (height, width) in px
         centres_px : (N, 2) float
             x and y. Markers that are outside the image or not finite are skipped.
+        ink : float
+            Reflectance of the ink, relative to the bare surface.
 
         Returns
         -------
         (H, W) float32
-            Printed share of each pixel.
+            1 on the bare surface.
         """
         centres, angles = self.blots(centres_px, shape)
-        reach = 0.5 if self.shape == "round" else PRINT.corner_sizes
-        half = int(np.ceil(reach * self.size_px)) + 1
+        half = int(np.ceil(self._reach(self.angles) * self.size_px)) + 1
         corner = np.rint(centres).astype(int) - half
         window = np.arange(2 * half + 1)
         x, y = (
@@ -152,17 +154,19 @@ class MarkerPrint:
         )
         shares = 0.5 - self._outside(x[:, None], y[..., None], angles.astype(np.float32))
         np.clip(shares, 0, 1, out=shares)
+        shares *= np.float32(ink - 1)
+        shares += 1
         # a border for markers that are partly outside
         beyond = 2 * half + 1
-        cover = np.zeros((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
-        flat, width = cover.reshape(-1), cover.shape[1]
+        bare = np.ones((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
+        flat, width = bare.reshape(-1), bare.shape[1]
         first = (corner[:, 1] + beyond) * width + corner[:, 0] + beyond
         places = first[:, None, None] + (window[:, None] * width + window)
         flat[places] = shares
         # where markers overlap, the darkest remains
-        while (lost := flat[places] < shares).any():
+        while (lost := flat[places] > shares).any():
             flat[places[lost]] = shares[lost]
-        return np.ascontiguousarray(cover[beyond:-beyond, beyond:-beyond])
+        return bare[beyond:-beyond, beyond:-beyond]
 
     def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
         """Positions and rotations of all ink visible in an image.
@@ -195,7 +199,15 @@ class MarkerPrint:
         angles = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
         return centres, angles
 
-    @property
+    def _reach(self, angles: Float64) -> float:
+        """Largest distance of a marker's ink from its centre along x or y, in sizes."""
+        if self.shape == "round":
+            return 0.5
+        if self.shape == "square":
+            return float(0.5 * (abs(np.cos(angles)) + abs(np.sin(angles))).max(initial=1.0))
+        return PRINT.corner_sizes
+
+    @cached_property
     def _pitch_px(self) -> float:
         pairs = self.rest_px[self.joined]
         return float(np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1).max(initial=0.0))
@@ -213,8 +225,9 @@ class MarkerPrint:
         half = np.float32(self.size_px / 2)
         if self.shape == "round":
             return np.asarray(np.sqrt(x * x + y * y) - half)
-        cos, sin = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
-        x, y = x * cos + y * sin, y * cos - x * sin
+        if angles.any():
+            cos, sin = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
+            x, y = x * cos + y * sin, y * cos - x * sin
         if self.shape == "square":
             return np.asarray(np.maximum(abs(x), abs(y)) - half)
         sides = np.radians(np.array([90, 210, 330], np.float32))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.sim.optics.camera import Chip, Numbers
+from tactile_core.sim.optics.coating import Shading
 from tactile_core.sim.optics.sources import LightSource, Shining
 
 _NONE = np.zeros((0, 0), np.float32)
@@ -19,38 +20,54 @@ _NO_FIELD = np.zeros((2, 0, 0), np.float32)
 _NO_HIDDEN = np.zeros((0, 0, 0), np.float32)
 
 
+_MOST = 32767
+"""Largest number of 16 bits with a sign."""
+
+
 @dataclass(frozen=True, eq=False)
 class StackedLights:
     """Shading of the S lights of a rig, as the kernels read it.
 
+    Most of the time of a kernel goes into reading these images: 16 bits halve it. Each row has its
+    own unit and zero, so that the light errs by less than a hundredth of the converter's steps.
+
     Attributes
     ----------
-    toward : (S, 3, H, W) float32
-    lobe : (S, 3, H, W) or (S, 3, 0, 0) float32
-    peak : (S, H, W) or (S, 0, 0) float32
+    planes : (S, P, H, W) int16
+        Images ``toward`` of :class:`~tactile_core.sim.optics.coating.Shading`, three of them, and
+        of a specular part ``lobe`` and ``peak``, four more.
+    unit, zero : (S, P, H) float32
+        Of each row.
     blur : (S,) float32
-        Each as in :class:`~tactile_core.sim.optics.coating.Shading`; without rows, there is no
-        specular part.
     """
 
-    toward: Float32
-    lobe: Float32
-    peak: Float32
+    planes: NDArray[np.int16]
+    unit: Float32
+    zero: Float32
     blur: Float32
 
     @classmethod
     def of(cls, sources: Sequence[LightSource]) -> StackedLights:
         """Stack the lights of a rig."""
-        shadings = [source.shading for source in sources]
-        lobes = [shading.lobe for shading in shadings if shading.lobe is not None]
-        peaks = [shading.peak for shading in shadings if shading.peak is not None]
-        count = len(shadings)
-        return cls(
-            np.stack([shading.toward for shading in shadings]),
-            np.stack(lobes) if lobes else np.zeros((count, 3, 0, 0), np.float32),
-            np.stack(peaks) if peaks else np.zeros((count, 0, 0), np.float32),
-            np.array([shading.blur for shading in shadings], np.float32),
-        )
+        coded = [_in_16_bits(_planes(source.shading)) for source in sources]
+        planes, unit, zero = (np.stack(parts) for parts in zip(*coded, strict=True))
+        blur = np.array([source.shading.blur for source in sources], np.float32)
+        return cls(planes, unit, zero, blur)
+
+
+def _planes(shading: Shading) -> Float32:
+    if shading.lobe is None or shading.peak is None:
+        return shading.toward
+    return np.concatenate([shading.toward, shading.lobe, shading.peak[None]])
+
+
+def _in_16_bits(images: Float32) -> tuple[NDArray[np.int16], Float32, Float32]:
+    """Code images (P, H, W), and return the unit and the zero (P, H) of their rows."""
+    low, high = images.min(-1), images.max(-1)
+    unit = np.maximum((high - low) / np.float32(2 * _MOST), np.finfo(np.float32).tiny)
+    zero = (high + low) / 2
+    steps = np.rint((images - zero[..., None]) / unit[..., None])
+    return np.clip(steps, -_MOST, _MOST).astype(np.int16), unit, zero
 
 
 def photographed(
@@ -95,10 +112,11 @@ def photographed(
             np.ascontiguousarray(surface.relief_mm),
             rest,
             surface.textures,
+            surface.texture_unit,
             np.ascontiguousarray(printed),
             surface.mm_per_px,
         ),
-        (lights.toward, lights.lobe, lights.peak, lights.blur),
+        (lights.planes, lights.unit, lights.zero, lights.blur),
         (
             np.array([number for number, _, _, _ in shining.sources], np.int64),
             np.array([level for _, _, level, _ in shining.sources], np.float32),

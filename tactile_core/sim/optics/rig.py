@@ -116,7 +116,10 @@ class RigOptics:
         self._faults.check_lights(
             {led_array.name: len(led_array.leds_mm) for led_array in led_arrays}
         )
-        self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
+        loops = kernels.chosen(compiled)
+        self._membrane = Membrane(
+            profile, len(led_arrays), self._faults, seed, compiled=loops is not None
+        )
         self._sources = sources_of(
             profile,
             led_arrays,
@@ -149,6 +152,7 @@ class RigOptics:
         markers_px: NDArray[Any] | None = None,
         *,
         frame: int | None = None,
+        finite: bool = False,
     ) -> NDArray[Any]:
         """Take one frame with every exposure of the sequence.
 
@@ -164,6 +168,8 @@ class RigOptics:
             from the displacement; NaN for hidden markers.
         frame : int, optional
             Frame number, which selects noise and faults. Default: the next one.
+        finite : bool
+            The arrays are known to be finite, and are not searched for other values.
 
         Returns
         -------
@@ -179,7 +185,7 @@ class RigOptics:
         fate, above = self._faults.fate(number, self._seed)
         if fate == "dropped" and self._last is not None:
             return self._last
-        surface = self.surface(height_mm, displacement_mm, markers_px)
+        surface = self.surface(height_mm, displacement_mm, markers_px, finite=finite)
         late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
         levels = [
             self._shots[shot - 1 if late else shot].levels for shot in range(len(self._shots))
@@ -197,12 +203,15 @@ class RigOptics:
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
+        *,
+        finite: bool = False,
     ) -> Surface:
         """Prepare a gel surface for :meth:`photograph`; parameters as for :meth:`expose`."""
-        height = self._checked(height_mm, self._shape, "height_mm")
+        height = self._checked(height_mm, self._shape, "height_mm", finite)
         displacement = None
         if displacement_mm is not None:
-            displacement = self._checked(displacement_mm, (*self._shape, 2), "displacement_mm")
+            moved = (*self._shape, 2)
+            displacement = self._checked(displacement_mm, moved, "displacement_mm", finite)
         if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
             raise InputError(
                 f"markers_px has the shape {np.shape(markers_px)}, not {self.markers_px.shape}; "
@@ -298,11 +307,13 @@ class RigOptics:
         gain = gain * self._chip.light_of(sensor.exposure) / level
         return np.asarray(gain[:, None] * mixing)
 
-    def _checked(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
+    def _checked(
+        self, values: NDArray[Any], shape: tuple[int, ...], name: str, finite: bool
+    ) -> Float32:
         array = np.asarray(values, np.float32)
         if array.shape != shape:
             raise InputError(f"{name} has the shape {array.shape}; this rig's is {shape}")
-        if not _is_finite(array):
+        if not finite and not _is_finite(array):
             raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -29,11 +29,15 @@ class MarchingParameters(NamedTuple):
         A ray can be hidden only near a slope of at least this share of its own rise.
         Source: the mean value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at
         most 0.022 of a step.
+    rows_at_once : int, rows
+        Positions along the rays that OpenCV reads in one call, in rows of the grid.
+        Source: chosen by hand; at most 32767, which is OpenCV's limit.
     """
 
     max_steps: int = 16
     min_rise: float = 1e-3
     steepness: float = 0.97
+    rows_at_once: int = 4096
 
 
 MARCHING = MarchingParameters()
@@ -60,18 +64,34 @@ class Shade(NamedTuple):
     coarse: NDArray[np.int64]
     share: Float32
 
-    def darken(self, light: int, plane: Float32, top: int) -> None:
-        """Darken a band of rows (h, W) of one light, in place; its first row is ``top``."""
-        band = slice(top, top + len(plane))
+    def shares(self, band: slice) -> tuple[slice, Float32] | None:
+        """Share of each light that reaches a band of rows; None where no light is hidden.
+
+        Parameters
+        ----------
+        band : slice
+            Rows of the image.
+
+        Returns
+        -------
+        rows : slice
+            Those rows of the band in which a light is hidden.
+        share : (L, n, w) float32
+            In these rows, and in :attr:`columns`.
+        """
         inside = np.flatnonzero(self.coarse[band] >= 0)
-        if inside.size:
-            rows = slice(int(inside[0]), int(inside[-1]) + 1)
-            before, hidden = self.coarse[band][rows], self.hidden[light]
-            dark = hidden[before]
-            dark += self.share[band][rows, None] * (
-                hidden[np.minimum(before + 1, len(hidden) - 1)] - dark
-            )
-            plane[rows, self.columns] *= 1 - dark
+        if not inside.size:
+            return None
+        rows = slice(int(inside[0]), int(inside[-1]) + 1)
+        before = self.coarse[band][rows]
+        after = np.minimum(before + 1, self.hidden.shape[1] - 1)
+        first, last = int(before[0]), int(after[-1]) + 1
+        # weights of the rows of the reduced grid: a product of matrices mixes them for all lights
+        weights = np.zeros((len(before), last - first), np.float32)
+        line, share = np.arange(len(before)), self.share[band][rows]
+        weights[line, after - first] = share
+        weights[line, before - first] += 1 - share
+        return rows, 1 - weights @ self.hidden[:, first:last]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +130,14 @@ class Shadows:
         """Columns and rows of the reduced grid."""
         return self.rise.shape[1], self.rise.shape[0]
 
+    @cached_property
+    def lowest_rise(self) -> float:
+        """Rise of the flattest ray."""
+        return float(self.rise.min())
+
     def march_over(self, relief_mm: float) -> tuple[int, float]:
         """Return the number of steps of a ray over this relief, and their length in pixels."""
-        reach_px = relief_mm / float(self.rise.min()) / self.mm_per_px
+        reach_px = relief_mm / self.lowest_rise / self.mm_per_px
         reach_px = min(reach_px, float(np.hypot(*self.rise.shape)))
         steps = int(np.clip(np.ceil(reach_px), 1, MARCHING.max_steps))
         return steps, max(reach_px / steps, 1.0)
@@ -132,50 +157,56 @@ def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Sha
     """
     relief_mm, mm_per_px = float(low.max() - low.min()), lights[0].mm_per_px
     marches = [light.march_over(relief_mm) for light in lights]
-    lowest_rise = min(float(light.rise.min()) for light in lights)
+    lowest_rise = min(light.lowest_rise for light in lights)
     reach_px = max(steps * stride_px for steps, stride_px in marches)
     part = _near_steep(
         low, MARCHING.steepness * lowest_rise * mm_per_px, int(np.ceil(reach_px)) + 1
     )
     if part is None:
         return None
-    stride_px = np.array([[[stride]] for _, stride in marches], np.float32)
-    stride_mm = stride_px * np.float32(mm_per_px)
-    # the lights are planes below each other, so that one call of OpenCV serves all
-    size = len(lights), *low[part].shape
-    stride_x, stride_y = (
-        np.stack([light.way[axis][part] for light in lights]) * stride_px for axis in range(2)
-    )
-    climb = np.stack([light.rise[part] for light in lights]) * stride_mm
-    x, y = np.meshgrid(*(np.arange(k.start, k.stop, dtype=np.float32) for k in part[::-1]))
-    x, y, ray = (np.tile(plane, (len(lights), 1, 1)) for plane in (x, y, low[part]))
-    hidden = np.zeros(size, np.float32)
-    flat = size[0] * size[1], size[2]
-    for step in range(1, max(steps for steps, _ in marches) + 1):
-        x += stride_x
-        y += stride_y
-        ray += climb
-        above = cv2.remap(
-            low,
-            x.reshape(flat),
-            y.reshape(flat),
-            cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        ).reshape(size)
-        above -= ray
-        # Height of the relief above the ray to the light's centre, relative to the half height of
-        # the light at this distance; 0 behind the last step of a light.
-        above *= np.array(
-            [
-                [[1 / (step * float(mm) * light.blur) if step <= steps else 0.0]]
-                for light, (steps, _), mm in zip(lights, marches, stride_mm.flat, strict=True)
-            ],
-            np.float32,
-        )
-        np.maximum(hidden, above, out=hidden)
+    hidden = _hidden(lights, marches, low, part)
     if hidden.max() <= 0:
         return None
     return _enlarged(np.minimum(hidden, 1), part, low.shape, shape)
+
+
+def _hidden(
+    lights: Sequence[Shadows],
+    marches: Sequence[tuple[int, float]],
+    low: Float32,
+    part: tuple[slice, slice],
+) -> Float32:
+    """(L, n, m) hidden share of each light in a part of the grid; above 1 where it is far below."""
+    near = low[part]
+    size = len(lights), *near.shape
+    # x, y and height along the rays: change per step, and start
+    rays = np.empty((3, 2, *size), np.float32)
+    for number, (light, (_, stride_px)) in enumerate(zip(lights, marches, strict=True)):
+        np.multiply(light.way[:, *part], stride_px, out=rays[:2, 0, number])
+        np.multiply(light.rise[part], stride_px * light.mm_per_px, out=rays[2, 0, number])
+    rays[0, 1] = np.arange(part[1].start, part[1].stop)
+    rays[1, 1] = np.arange(part[0].start, part[0].stop)[:, None]
+    rays[2, 1] = near
+    most = max(steps for steps, _ in marches)
+    step = np.ones((most, 2), np.float32)
+    step[:, 0] = np.arange(1, most + 1)
+    # Height of the relief above the ray to the light's centre, relative to the half height of the
+    # light at this distance; 0 behind the last step of a light.
+    scale = np.zeros((most, len(lights), 1, 1), np.float32)
+    for number, (light, (steps, stride_px)) in enumerate(zip(lights, marches, strict=True)):
+        half = stride_px * light.mm_per_px * light.blur
+        scale[:steps, number, 0, 0] = 1 / (step[:steps, 0] * half)
+    hidden = np.zeros(size, np.float32)
+    # steps and lights are planes below each other, so that one call of OpenCV serves all
+    at_once = max(1, MARCHING.rows_at_once // (size[0] * size[1]))
+    for first in range(0, most, at_once):
+        here = slice(first, first + at_once)
+        x, y, ray = (step[here] @ rays.reshape(3, 2, -1)).reshape(3, -1, size[2])
+        above = cv2.remap(low, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        over = np.asarray(cv2.subtract(above, ray), np.float32).reshape(-1, *size)
+        over *= scale[here]
+        np.maximum(hidden, over.max(0), out=hidden)
+    return hidden
 
 
 def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, slice] | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -170,24 +171,35 @@ class Shining:
         glass : (H, W) float32, optional
             Transmission of the lens. Default: 1.
         """
-        surface, fed, ambient = self.surface, self.fed, self.ambient
+        surface, half = self.surface, 0.5 * self.ambient
+        channels = [np.flatnonzero(into).tolist() for into in self.fed]
+        unlit = set(range(len(half))).difference(*channels)
         height = len(surface.relief_mm)
         for top in range(0, height, SOURCES.band_px):
             rows = slice(top, min(top + SOURCES.band_px, height))
             normals = surface.normals(rows)
-            sky = 0.5 * normals[2] + 0.5
-            light = ambient[:, None, None] * sky
+            # ambient light is that of half the sky, and of all of it where the surface is level
+            sky = normals[2] + 1
+            light = np.empty((len(half), *sky.shape), np.float32)
+            for channel in unlit:
+                np.multiply(sky, half[channel], out=light[channel])
+            begun = set(unlit)
+            dark = None if self.shade is None else self.shade.shares(rows)
             for index, ((number, source, level, _), into) in enumerate(
-                zip(self.sources, fed, strict=True)
+                zip(self.sources, channels, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if self.shade is not None:
-                    self.shade.darken(index, plane, top)
+                if self.shade is not None and dark is not None:
+                    plane[dark[0], self.shade.columns] *= dark[1][index]
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)
-                for fed_one in np.flatnonzero(into):
-                    light[fed_one] += plane
+                for channel in into:
+                    if channel in begun:
+                        light[channel] += plane
+                    else:
+                        cv2.scaleAdd(sky, float(half[channel]), plane, dst=light[channel])
+                        begun.add(channel)
             dimming = [part[rows] for part in (surface.reflectance, glass) if part is not None]
             if dimming:
                 light *= dimming[0] if len(dimming) == 1 else dimming[0] * dimming[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cache
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -57,21 +57,23 @@ class Surface:
     mm_per_px : float
     reflectance : (H, W) float32 or None
         1 on the bare surface, less on markers; None without markers.
-    textures : (T, H, W, 4) float32
-        Grain as a factor on each light, four lights to an image. Grain differs between lights,
-        because facets reflect only some of them. Scratches and markers follow the last light.
+    textures : (T, H, W, 4) float32 or uint16
+        In units of ``texture_unit``: grain as a factor on each light, four lights to an image.
+        Grain differs between lights, because facets reflect only some of them. Scratches and
+        markers follow the last light.
     """
 
     relief_mm: Float32
     rest_slopes: Float32 | None
     mm_per_px: float
     reflectance: Float32 | None
-    textures: Float32
+    textures: NDArray[Any]
+    texture_unit: float = 1.0
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
         """(H, W) grain: factor on the light of this index."""
-        return _plane(self.textures, led_array)
+        return _plane(self.textures, led_array, self.texture_unit)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
@@ -87,18 +89,19 @@ class Surface:
         band = self.relief_mm[rows]
         normals = np.empty((3, *band.shape), np.float32)
         x, y, up = normals
-        _write_slopes(self.relief_mm, self.mm_per_px, rows.start, x, y)
+        _write_differences(self.relief_mm, rows.start, x, y)
+        run_mm = np.float32(2 * self.mm_per_px)
         if self.rest_slopes is not None:
-            x += self.rest_slopes[0, rows]
-            y += self.rest_slopes[1, rows]
+            x += self.rest_slopes[0, rows] * run_mm
+            y += self.rest_slopes[1, rows] * run_mm
         np.multiply(x, x, out=up)
         cv2.accumulateSquare(y, up)
-        up += 1
+        up += run_mm * run_mm
         cv2.sqrt(up, dst=up)
-        cv2.divide(-1.0, up, dst=up)
+        np.divide(np.float32(-1), up, out=up)
         x *= up
         y *= up
-        np.negative(up, out=up)
+        up *= -run_mm
         return normals
 
 
@@ -112,9 +115,19 @@ class Membrane:
         Number of lights; each has its own grain.
     faults : Faults
     seed : int
+    compiled : bool
+        Textures are for the kernels, which read 16 bits as fast as they are.
     """
 
-    def __init__(self, profile: SensorBuild, led_arrays: int, faults: Faults, seed: int) -> None:
+    def __init__(
+        self,
+        profile: SensorBuild,
+        led_arrays: int,
+        faults: Faults,
+        seed: int,
+        *,
+        compiled: bool = False,
+    ) -> None:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
@@ -142,16 +155,19 @@ class Membrane:
         self._print = len(textures) if self.markers is not None else None
         if self.markers is not None:
             textures.append(
-                self._inked(self.markers.cover(wide, self.markers.rest_px + self._margin))
+                self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
             )
         # Remapping an image of four channels takes as long as one of a single channel.
-        self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
+        stacked = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
         for number, texture in enumerate(textures):
-            _plane(self._textures, number)[:] = texture
+            stacked[number // 4, ..., number % 4] = texture
+        self._unit, self._textures = 1.0, stacked
+        if compiled and scratches is None:
+            # half of the bytes; a step is a few millionths of the light
+            self._unit = float(stacked.max()) / np.iinfo(np.uint16).max
+            self._textures = np.rint(stacked / np.float32(self._unit)).astype(np.uint16)
         (rows, columns), m = self._shape, self._margin
         self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
-        # columns and rows of the textures at the pixels
-        self._places = np.indices(self._shape, np.float32)[::-1] + np.float32(m)
 
     def state(
         self,
@@ -163,7 +179,9 @@ class Membrane:
     ) -> Surface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._moved(displacement_mm)
-        reflectance = None if self._print is None else _plane(textures, self._print)
+        reflectance = None
+        if self._print is not None and markers_px is None:
+            reflectance = _plane(textures, self._print, self._unit)
         if self.markers is not None and markers_px is not None:
             reflectance = self._printed(self.markers, markers_px, compiled)
         if self._absorption:
@@ -171,14 +189,16 @@ class Membrane:
             reflectance = darker if reflectance is None else reflectance * darker
         relief = height_mm
         if self._scratches is not None:
-            relief = height_mm + _plane(textures, self._scratches)
-        return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
+            relief = height_mm + _plane(textures, self._scratches, self._unit)
+        return Surface(
+            relief, self._rest_slopes, self._mm_per_px, reflectance, textures, self._unit
+        )
 
     def _printed(
         self, markers: MarkerPrint, markers_px: NDArray[np.float64], compiled: ModuleType | None
     ) -> Float32:
         if compiled is None:
-            return self._inked(markers.cover(self._shape, markers_px))
+            return markers.reflectance(self._shape, markers_px, self._ink)
         bare = np.ones(self._shape, np.float32)
         centres, turned = markers.blots(markers_px, self._shape)
         compiled.draw(
@@ -186,34 +206,31 @@ class Membrane:
         )
         return bare
 
-    def _inked(self, cover: Float32) -> Float32:
-        return np.asarray(1 - (1 - self._ink) * cover, np.float32)
-
-    def _moved(self, displacement_mm: Float32 | None) -> Float32:
+    def _moved(self, displacement_mm: Float32 | None) -> NDArray[Any]:
         """Every texture, moved by the displacement."""
         if displacement_mm is None:
             return self._at_rest
         px = -1 / self._mm_per_px
-        # one pass each, whatever the layout of the displacement
-        x, y = (
-            cv2.scaleAdd(np.ascontiguousarray(displacement_mm[..., axis]), px, self._places[axis])
-            for axis in range(2)
-        )
+        planes = (np.ascontiguousarray(displacement_mm[..., axis]) for axis in range(2))
+        # textures are read relative to the pixels: OpenCV scales and adds the margin in one pass
+        x, y = (cv2.addWeighted(plane, px, plane, 0, self._margin) for plane in planes)
         moved = np.empty_like(self._at_rest)
+        how = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
         for texture, out in zip(self._textures, moved, strict=True):
-            cv2.remap(texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101)
+            cv2.remap(texture, x, y, how, dst=out, borderMode=cv2.BORDER_REFLECT_101)
         return moved
 
 
-def _plane(textures: Float32, number: int) -> Float32:
-    # A view: a copy would cost more than strided reads.
-    return textures[number // 4, ..., number % 4]
+def _plane(textures: NDArray[Any], number: int, unit: float) -> Float32:
+    plane = textures[number // 4, ..., number % 4]
+    # A view of numbers in single precision: a copy would cost more than strided reads.
+    return plane if plane.dtype == np.float32 else plane * np.float32(unit)
 
 
 def _averaged(values: Float32, size: tuple[int, int]) -> Float32:
     """Means over the pixels of a coarser grid of this many columns and rows."""
     down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
-    return across.times(down.times(values).T).T
+    return across.along(down.times(values))
 
 
 @cache
@@ -228,18 +245,17 @@ def _means(pixels: int, parts: int) -> BandedMatrix:
 def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:
     """(2, H, W) central differences along x and y; one-sided at the border."""
     slopes = np.empty((2, *height_mm.shape), np.float32)
-    _write_slopes(height_mm, mm_per_px, 0, *slopes)
+    _write_differences(height_mm, 0, *slopes)
+    slopes *= np.float32(0.5 / mm_per_px)
     return slopes
 
 
-def _write_slopes(height_mm: Float32, mm_per_px: float, top: int, x: Float32, y: Float32) -> None:
-    """Write the slopes of a band of rows; its first row is ``top``."""
-    half = np.float32(0.5 / mm_per_px)
+def _write_differences(height_mm: Float32, top: int, x: Float32, y: Float32) -> None:
+    """Write how much a band of rows rises over two pixels; its first row is ``top``."""
     band = height_mm[top : top + len(x)]
     np.subtract(band[:, 2:], band[:, :-2], out=x[:, 1:-1])
-    # twice as steep, because their distance is half as long
+    # twice as much, because their distance is half as long
     x[:, 0], x[:, -1] = 2 * (band[:, 1] - band[:, 0]), 2 * (band[:, -1] - band[:, -2])
-    x *= half
     last = len(height_mm) - 1
     first, stop = max(top, 1), min(top + len(x), last)
     below, above = height_mm[first + 1 : stop + 1], height_mm[first - 1 : stop - 1]
@@ -248,7 +264,6 @@ def _write_slopes(height_mm: Float32, mm_per_px: float, top: int, x: Float32, y:
         y[0] = 2 * (height_mm[1] - height_mm[0])
     if top + len(x) > last:
         y[-1] = 2 * (height_mm[last] - height_mm[last - 1])
-    y *= half
 
 
 def _grain(

@@ -65,6 +65,7 @@ def streamed(unit: VirtualUnit, cache: Path) -> Generator[tuple, None, None]:
     with one_thread():
         start = time.perf_counter(), time.process_time()
         pipeline = Pipeline(unit.profile, unit.bundle)
+        pipeline.warm()  # as a live sensor does before its camera is opened
         made, parts = since(start), ([], [])
         compiling = not any(cache.glob("tactile-*.txt"))
         end = time.perf_counter() + (LONGEST_S if compiling else AFTERWARDS_S)

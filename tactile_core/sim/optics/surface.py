@@ -168,6 +168,8 @@ class Membrane:
             self._textures = np.rint(stacked / np.float32(self._unit)).astype(np.uint16)
         (rows, columns), m = self._shape, self._margin
         self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
+        # columns and rows of the textures at the pixels
+        self._places = np.indices(self._shape, np.float32)[::-1] + np.float32(m)
 
     def state(
         self,
@@ -211,13 +213,14 @@ class Membrane:
         if displacement_mm is None:
             return self._at_rest
         px = -1 / self._mm_per_px
-        planes = (np.ascontiguousarray(displacement_mm[..., axis]) for axis in range(2))
-        # textures are read relative to the pixels: OpenCV scales and adds the margin in one pass
-        x, y = (cv2.addWeighted(plane, px, plane, 0, self._margin) for plane in planes)
+        # one pass each, whatever the layout of the displacement
+        x, y = (
+            cv2.scaleAdd(np.ascontiguousarray(displacement_mm[..., axis]), px, self._places[axis])
+            for axis in range(2)
+        )
         moved = np.empty_like(self._at_rest)
-        how = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
         for texture, out in zip(self._textures, moved, strict=True):
-            cv2.remap(texture, x, y, how, dst=out, borderMode=cv2.BORDER_REFLECT_101)
+            cv2.remap(texture, x, y, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_REFLECT_101)
         return moved
 
 

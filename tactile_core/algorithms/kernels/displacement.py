@@ -9,12 +9,7 @@ from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32, Float64, UInt8
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART
-
-
-@njit(**EXACT_ROW)
-def _add_row(row: UInt8, sums: UInt8) -> None:
-    for j in range(sums.size):
-        sums[j] += row[j]
+from tactile_core.algorithms.kernels.rows import add_row, set_row
 
 
 @njit(**LOOP)
@@ -33,9 +28,9 @@ def share_of_cells(mask: UInt8, share: Float32) -> None:
     sums = np.empty(mask.shape[1], np.uint8)
     pixels = np.float32(height * width)
     for i in range(rows):
-        sums[:] = 0
+        set_row(sums, np.uint8(0))
         for k in range(height):
-            _add_row(mask[i * height + k], sums)
+            add_row(mask[i * height + k], sums)
         for j in range(columns):
             total = 0
             for k in range(width):

@@ -12,7 +12,7 @@ from numba import njit
 
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
-from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row
+from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row, sum_of_two
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
@@ -94,12 +94,6 @@ def _mirror_ends(line: Any, reach: int) -> None:
 
 
 @njit(**ROW)
-def _sum_of_two(a: Any, b: Any, out: Any) -> None:
-    for j in range(out.size):
-        out[j] = a[j] + b[j]
-
-
-@njit(**ROW)
 def _sum_of_three(a: Any, b: Any, c: Any, out: Any) -> None:
     for j in range(out.size):
         out[j] = a[j] + b[j] + c[j]
@@ -130,7 +124,7 @@ def _box_row(row: Any, side: int, spare: tuple[Any, Any], out: Any) -> None:
         of, first, second = first, second, first
         for _ in range(side // step % 4):
             if joined == 1:
-                _sum_of_two(row, of[1:], out[:count])
+                sum_of_two(row, of[1:], out[:count])
             else:
                 add_row(of[joined:], out[:count])
             joined += step

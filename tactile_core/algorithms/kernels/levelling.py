@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
-from tactile_core.algorithms.kernels.rows import add_row
+from tactile_core.algorithms.kernels.rows import add_row, set_row
 
 _TINY = np.finfo(np.float64).tiny
 """Keeps a divisor from 0."""
@@ -203,7 +203,7 @@ def _cells_of(image: Any, offset: float, out: Any) -> None:
     rows, columns = len(image) // len(out), image.shape[1] // out.shape[1]
     total = np.empty(image.shape[1], np.float32)
     for i in range(len(out)):
-        total[:] = 0
+        set_row(total, np.float32(0))
         for k in range(rows * i, rows * (i + 1)):
             add_row(image[k], total)
         for j in range(out.shape[1]):

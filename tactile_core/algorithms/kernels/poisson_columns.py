@@ -9,6 +9,7 @@ from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import copy_row
 
 
 @njit(**ROW)
@@ -94,12 +95,6 @@ def _centre(low: Any) -> None:
         low[i, 0] -= mean
 
 
-@njit(**PART)
-def _copy(values: Any, to: Any) -> None:
-    for k in range(to.size):
-        to[k] = values[k]
-
-
 @njit(**LOOP)
 def solve_low(low: Any, pivots: Any) -> None:
     """Solve the low frequencies in double precision, in place; the free constant becomes 0.
@@ -146,7 +141,7 @@ def forward_columns(
     for i in range(first, last):
         row = packed[i]
         _turned(row[1:end], turn[0], turn[1])
-        _copy(row, low[i])
+        copy_row(row[: low.shape[1]], low[i])
         _forward(above, pivots[-1] if i == len(packed) - 1 else pivots[min(i, settled)], row)
         above = row
 
@@ -164,5 +159,5 @@ def backward_columns(
     for i in range(last - 1, first - 1, -1):
         if i:
             _backward(packed[i], pivots[min(i - 1, settled)], packed[i - 1])
-        _copy(low[i], packed[i, : low.shape[1]])
+        copy_row(low[i], packed[i])
         _turned_back(packed[i, 1:end], turn[0], turn[1])

@@ -28,3 +28,10 @@ def set_row(row: Any, value: Any) -> None:
     """Set each value of a row."""
     for j in range(row.size):
         row[j] = value
+
+
+@njit(**EXACT_ROW)
+def sum_of_two(one: Any, other: Any, out: Any) -> None:
+    """Write the sum of two rows."""
+    for j in range(out.size):
+        out[j] = one[j] + other[j]

@@ -13,7 +13,7 @@ from numba import njit
 from tactile_core.algorithms.arrays.types import Float32, UInt8
 from tactile_core.algorithms.kernels.edges import reflected
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
-from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row
+from tactile_core.algorithms.kernels.rows import add_row, copy_row, set_row, sum_of_two
 
 
 @njit(**EXACT_ROW)
@@ -240,12 +240,6 @@ def _slide_counts(new: UInt8, old: UInt8, sums: Any) -> None:
         sums[j] += np.uint16(np.uint16(new[j]) - np.uint16(old[j]))
 
 
-@njit(**EXACT_ROW)
-def _sum_of_two(one: Any, other: Any, out: Any) -> None:
-    for j in range(out.size):
-        out[j] = one[j] + other[j]
-
-
 @njit(**PART)
 def _box_sums(sums: Any, channels: int, reach: int, spare: tuple[Any, Any], out: Any) -> None:
     """Sum 2 reach + 1 pixels around each along a row.
@@ -270,7 +264,7 @@ def _box_sums(sums: Any, channels: int, reach: int, spare: tuple[Any, Any], out:
         if wide > width:
             break
         kept = (count + 2 * reach - wide + 1) * channels
-        _sum_of_two(values, values[wide // 2 * channels :], wider[:kept])
+        sum_of_two(values, values[wide // 2 * channels :], wider[:kept])
         values, wider = wider, values
 
 

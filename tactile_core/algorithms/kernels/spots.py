@@ -12,15 +12,10 @@ from numba import njit
 
 from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, PART, ROW
+from tactile_core.algorithms.kernels.rows import copy_row
 
 _LANES = 16
 """Pixels that are summed together."""
-
-
-@njit(**EXACT_ROW)
-def _copy_row(row: UInt8, out: UInt8) -> None:
-    for j in range(row.size):
-        out[j] = row[j]
 
 
 @njit(**EXACT_ROW)
@@ -228,7 +223,7 @@ def measured_spots(
     grouped, places = _grouped(runs, numbers, count)
     flat = np.zeros(weight.size + _LANES, np.uint8)
     for i in range(rows):
-        _copy_row(weight[i], flat[i * columns :])
+        copy_row(weight[i], flat[i * columns :])
     sums = np.zeros((count, 6))
     ends = np.empty((2, rows + 2 * rim), np.int64)
     # where rims overlap, a pixel belongs to the last spot

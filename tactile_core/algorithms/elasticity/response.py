@@ -76,7 +76,9 @@ class Response:
         # real and imaginary parts of a wave have the same factor: products of real numbers take a
         # fraction of the time of complex ones
         self._factors = Symbols(*(np.repeat(part, 2, axis=-1) for part in self._symbols))
-        self._resolvent: tuple[tuple[float, float, float], Resolvent] | None = None
+        # without a way back to this response: a cycle would keep its arrays until Python looks
+        # for cycles, some thousand contacts later
+        self._inverses: tuple[tuple[float, float, float], tuple[Array, Array, Array]] | None = None
         self._part: tuple[tuple[int, int], WaveProducts] | None = None
 
     def indentation(self, pressure: Array) -> Array:
@@ -138,7 +140,7 @@ class Response:
     def resolvent(self, rho: float, stiffening: float = 1.0, *, gain: float = 1.0) -> Resolvent:
         """Return the solver of (C / stiffening + rho) q = gain b, where C is :meth:`shift`.
 
-        The last one is kept.
+        The last one's factors are kept.
 
         Parameters
         ----------
@@ -150,14 +152,18 @@ class Response:
             Factor on the displacement.
         """
         key = rho, stiffening, gain
-        known = self._resolvent
+        known = self._inverses
         if known is None or known[0] != key:
             xx, yy, xy = (part / stiffening for part in self._symbols[2:])
             xx, yy = xx + rho, yy + rho
             share = gain / (xx * yy - xy**2)
-            known = key, Resolvent(self, yy * share, xx * share, -xy * share)
-            self._resolvent = known
-        return known[1]
+            # real and imaginary parts of a wave have the same factor
+            inverses = tuple(
+                np.repeat(part.astype(self.dtype, copy=False), 2, axis=-1)
+                for part in (yy * share, xx * share, -xy * share)
+            )
+            known = self._inverses = key, inverses
+        return Resolvent(self, *known[1])
 
     @cached_property
     def typical_shift(self) -> float:
@@ -250,10 +256,7 @@ class Resolvent:
 
     def __init__(self, response: Response, xx: Array, yy: Array, xy: Array) -> None:
         self._response = response
-        # real and imaginary parts of a wave have the same factor
-        self._xx, self._yy, self._xy = (
-            np.repeat(part.astype(response.dtype, copy=False), 2, axis=-1) for part in (xx, yy, xy)
-        )
+        self._xx, self._yy, self._xy = xx, yy, xy
 
     def __call__(self, displacement: Array) -> Array:
         """(2, ny, nx) traction for a displacement b (2, ny, nx) of all nodes."""

@@ -156,8 +156,8 @@ class MarkerPrint:
         np.clip(shares, 0, 1, out=shares)
         shares *= np.float32(ink - 1)
         shares += 1
-        # a border for markers that are partly outside
-        beyond = 2 * half + 1
+        # a border for windows that are partly outside; the farthest centre is that of a blot
+        beyond = int(np.ceil(PRINT.corner_sizes * self.size_px)) + half + 1
         bare = np.ones((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
         flat, width = bare.reshape(-1), bare.shape[1]
         first = (corner[:, 1] + beyond) * width + corner[:, 0] + beyond

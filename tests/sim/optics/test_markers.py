@@ -1,13 +1,14 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support.virtual_rigs import QUIET, SCALE_MM, SHAPE, level, rig, shift
 
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.optics import Faults, RigOptics
+from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
 
 PITCH_MM, SIZE_MM = 2.0, 0.6
 
@@ -84,6 +85,27 @@ def test_marker_positions_may_be_given() -> None:
     places[7] = 60.3, 41.6
     found = centres(ink(optics, None, places))
     np.testing.assert_allclose(found, [[60.3, 41.6]], atol=0.1)
+
+
+@example(beyond=(0.5, 0.74), corner=(True, True), size_px=16, shape="round")
+@example(beyond=(-0.5, -0.74), corner=(False, False), size_px=16, shape="round")
+@given(
+    beyond=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
+    corner=st.tuples(st.booleans(), st.booleans()),
+    size_px=st.floats(2, 30),
+    shape=st.sampled_from(SHAPES),
+)
+def test_a_marker_near_a_border_is_drawn_as_inside_a_larger_image(
+    beyond: tuple[float, float], corner: tuple[bool, bool], size_px: float, shape: str
+) -> None:
+    last = np.array(SHAPE[::-1]) - 1
+    one = (last * corner + size_px * np.array(beyond))[np.newaxis]
+    none = np.zeros(1, bool)
+    marker = MarkerPrint(one, np.zeros(1), size_px, shape, none, np.zeros((0, 2), int))
+    wide = 80
+    larger = marker.reflectance((SHAPE[0] + 2 * wide, SHAPE[1] + 2 * wide), one + wide, 0.0)
+    drawn = marker.reflectance(SHAPE, one, 0.0)
+    np.testing.assert_allclose(drawn, larger[wide:-wide, wide:-wide], atol=1e-4)
 
 
 def test_the_markers_of_2015_are_triangles_a_millimetre_apart() -> None:

@@ -78,7 +78,7 @@ class Response:
         self._factors = Symbols(*(np.repeat(part, 2, axis=-1) for part in self._symbols))
         # without a way back to this response: a cycle would keep its arrays until Python looks
         # for cycles, some thousand contacts later
-        self._inverses: tuple[tuple[float, float, float], tuple[Array, Array, Array]] | None = None
+        self._inverses: tuple[tuple[float, float, float], Array] | None = None
         self._part: tuple[tuple[int, int], WaveProducts] | None = None
 
     def indentation(self, pressure: Array) -> Array:
@@ -158,11 +158,10 @@ class Response:
             xx, yy = xx + rho, yy + rho
             share = gain / (xx * yy - xy**2)
             # real and imaginary parts of a wave have the same factor
-            inverses = tuple(
-                np.repeat(part.astype(self.dtype, copy=False), 2, axis=-1)
-                for part in (yy * share, xx * share, -xy * share)
+            inverses = np.stack([yy * share, xx * share, -xy * share]).astype(
+                self.dtype, copy=False
             )
-            known = self._inverses = key, inverses
+            known = self._inverses = key, np.repeat(inverses, 2, axis=-1)
         return Resolvent(self, *known[1])
 
     @cached_property

@@ -1,6 +1,6 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
-ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
 # One more than the processors, because devices are waited for.
 PARALLEL := --numprocesses $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") --dist worksteal
 FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell pyenv root 2>/dev/null)/versions/*/bin))

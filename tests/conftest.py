@@ -13,12 +13,14 @@ from hypothesis import settings
 from support.kernel_paths import kernels_or_numpy  # noqa: F401
 from support.own_plugins import install  # noqa: F401
 
+from tactile_core.pipeline.one_thread import ONE_THREAD
+
 if TYPE_CHECKING:
     from support.virtual_lab import VirtualLab
 
-# Set before numpy is imported: its threads only wait for each other on matrices this small.
-for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ.setdefault(name, "1")
+# Set before numpy and OpenCV are imported.
+for name, value in ONE_THREAD.items():
+    os.environ.setdefault(name, value)
 
 # Tests wait for kernels that are not compiled yet; no process compiles them beside the tests.
 os.environ.setdefault("TACTILE_FAST", "1")

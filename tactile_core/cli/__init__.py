@@ -9,13 +9,10 @@ import os
 import sys
 
 from tactile_core.cli.signals import Signalled, signals_raised
+from tactile_core.pipeline.one_thread import ONE_THREAD
 
 _ENVIRONMENT = {
-    # The matrices are small: more threads only wait for each other, and several times longer on a
-    # busy machine. Only the first import of numpy reads these variables.
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
+    **ONE_THREAD,
     # Silences OpenCV and FFmpeg, which would print next to the command's own error message.
     "OPENCV_LOG_LEVEL": "OFF",
     "OPENCV_FFMPEG_LOGLEVEL": "-8",

@@ -15,11 +15,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from tactile_core.errors import words_of
-
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), "1"
-)
-"""Environment in which numerical libraries use one thread."""
+from tactile_core.pipeline.one_thread import ONE_THREAD
 
 _PATIENCE_S = 5.0
 """Time in which a process that is no longer needed should release its resources."""

@@ -14,6 +14,7 @@ from support.unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable_lines
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import ContactMask, Frame, HeightMap
 
 COMMAND = [sys.executable, "-m", "tactile_core.cli"]
@@ -30,6 +31,25 @@ def tactile(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         command, capture_output=True, text=True, check=False, env=environment(**more)
     )
+
+
+@pytest.mark.parametrize(("given", "threads"), [(None, 1), ("2", 2)])
+def test_opencv_has_one_thread_unless_the_user_says_otherwise(
+    given: str | None, threads: int
+) -> None:
+    code = """
+from tactile_core.cli import main
+try:
+    main(["profiles"])
+except SystemExit:
+    import cv2
+    print(cv2.getNumThreads())
+"""
+    own = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
+    own |= {"OPENCV_FOR_THREADS_NUM": given} if given else {}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=own)
+    assert int(done.stdout.splitlines()[-1]) == threads
 
 
 def skip_if_ignored(name: str) -> None:

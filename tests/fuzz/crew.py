@@ -15,6 +15,8 @@ from pathlib import Path
 from pkgutil import walk_packages
 from typing import TYPE_CHECKING
 
+from tactile_core.pipeline.one_thread import ONE_THREAD
+
 if TYPE_CHECKING:
     from fuzz.hunt import Case, Result
 
@@ -25,8 +27,8 @@ _UNWANTED = ("tactile_core.testing", "tactile_core.cli.__main__")
 
 def crew(workers: int, folder: Path) -> ProcessPoolExecutor:
     """Start workers; each creates its own valid inputs below the folder."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    for name, value in ONE_THREAD.items():
+        os.environ.setdefault(name, value)
     return ProcessPoolExecutor(
         workers, mp_context=get_context("spawn"), initializer=_prepare, initargs=(folder,)
     )

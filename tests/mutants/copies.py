@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mutants.catalogue import ROOT, Kernels, Mutant
+from tactile_core.pipeline.one_thread import ONE_THREAD
 
 _LEFT_OUT = (".git", ".venv", "__pycache__", "*.egg-info", ".*_cache", "site", "dist", "demo")
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?::[^\s\[]+)", re.MULTILINE)
@@ -97,8 +98,7 @@ class Copy:
             "PYTHONPYCACHEPREFIX": str(self._compiled),
             "NUMBA_CACHE_DIR": str(cache or self._kernels),
             "TACTILE_FAST": "0" if kernels == "off" else "1",
-            "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1",
+            **ONE_THREAD,
         }
 
     def _check_imports(self) -> None:

@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
+from tactile_core.pipeline.one_thread import ONE_THREAD
+
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
     from tactile_core.calibration.guided.bench import Bench
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 T = TypeVar("T")
-
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @contextmanager
@@ -129,8 +129,8 @@ _mine: list[AtOnce] = []
 def _begin(pickled: bytes) -> None:
     # Ctrl-C is handled by the process that reads the camera
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # small matrices: several threads would only compete with the live chain
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    # several threads would only compete with the live chain
+    os.environ.update(ONE_THREAD)
     _mine[:] = [AtOnce(pickle.loads(pickled))]
 
 

@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.kernels.options import EXACT_ROW, LOOP, ROW
-
-
-class CarryingParameters(NamedTuple):
-    """Fixed-point iteration that inverts the displacement field.
-
-    Attributes
-    ----------
-    max_steps : int, count
-        Largest number of iterations per node.
-        Source: chosen by hand; no script derives it.
-    tolerance_nodes : float, node spacings
-        Iterations end when the position changes by less. One more would change it by about a
-        tenth of that.
-        Source: chosen by hand; no script derives it.
-    """
-
-    max_steps: int = 20
-    tolerance_nodes: float = 1e-4
-
-
-CARRYING = CarryingParameters()
-"""The values in use."""
+from tactile_core.sim.resampling import INVERSION
 
 # compiled code reads plain numbers only
-_MAX_STEPS, _TOLERANCE = CARRYING.max_steps, CARRYING.tolerance_nodes
+_WHOLE_STEPS, _TOLERANCE = INVERSION.whole_steps, INVERSION.tolerance_nodes
+_STEPS = INVERSION.whole_steps + INVERSION.half_steps
 
 
 @njit(**LOOP)
@@ -83,19 +63,22 @@ def at_present(moved: Float32, coefficients: Float32, first: tuple[int, int], ou
     across, down = moved
     rows, columns = across.shape
     wx, wy = np.empty(4, np.float32), np.empty(4, np.float32)
-    zero = np.float32(0)
+    zero, half = np.float32(0), np.float32(0.5)
     last_x, last_y = np.float32(columns - 1), np.float32(rows - 1)
     for i in range(out.shape[1]):
         row = i + first[0]
         dx, dy = across[row, first[1]], down[row, first[1]]
         for j in range(out.shape[2]):
             column = j + first[1]
-            for _ in range(_MAX_STEPS):
+            for step in range(_STEPS):
                 # the displacement of the previous column is the first guess
                 x, y = np.float32(column) - dx, np.float32(row) - dy
                 new_x, new_y = _linear(across, down, x, y)
                 change = max(abs(new_x - dx), abs(new_y - dy))
-                dx, dy = new_x, new_y
+                if step < _WHOLE_STEPS:
+                    dx, dy = new_x, new_y
+                else:
+                    dx, dy = (dx + new_x) * half, (dy + new_y) * half
                 if change < np.float32(_TOLERANCE):
                     break
             x = min(max(np.float32(column) - dx, zero), last_x)

@@ -12,10 +12,11 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson.screened import SCREENED, prepared, solve_screened
 from tactile_core.algorithms.slope_grid import coarse_size
@@ -53,6 +54,10 @@ class RestAreaParameters(NamedTuple):
     main_share : float, share of the image
         A calm part of this size at the level of the gel is undeformed, whatever its rim.
         Source: chosen by hand; no script derives it.
+    steep_share : float, share of the rim
+        A raised calm part with a larger share of steep rim is the top of an object.
+        Source: an object is steep around most of its outline, an error of the height nowhere; half
+        is between.
     held : float, ratio
         Weight of the height as integrated, relative to that of the undeformed surface. It only
         matters far from any undeformed surface.
@@ -74,6 +79,7 @@ class RestAreaParameters(NamedTuple):
     raised_share: float = 0.3
     least_raised_mm: float = 0.05
     main_share: float = 0.3
+    steep_share: float = 0.5
     held: float = 1e-3
     rounds: int = 2
     smooth_factor: int = 4
@@ -153,10 +159,10 @@ def _looped(
     size, halves = sizes
     cells, calm = np.empty((3, *halves[::-1]), np.float32), np.empty(halves[::-1], np.uint8)
     highest_mm = loops.rest_cells(images, tilt, REST_AREA.calm_slope, cells, calm)
-    count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
     raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
     raised_mm = max(raised[0] * highest_mm, raised[1])
-    undeformed = loops.rest_area(part, count, *cells, raised_mm, REST_AREA.main_share)
+    shares = REST_AREA.main_share, REST_AREA.steep_share
+    undeformed = loops.rest_area(*_parts(calm, cells[0], raised_mm), *cells, raised_mm, shares)
     distance = _distance(undeformed.view(np.bool_))
     options = *of_gel, raised, REST_AREA.held, REST_AREA.rounds
     solver = *prepared(size[::-1]), tuple(SCREENED)
@@ -208,7 +214,9 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     """Find the undeformed cells of a coarse height map.
 
     An undeformed part is calm, and the surface rises at its rim, where objects touch it. Flat tops
-    of objects are calm, too, but the surface descends from them.
+    of objects are calm, too, but the surface descends from them. Where shear has flattened the wall
+    of an object, its top and the gel around it are one calm region; so raised cells are parts of
+    their own. They are errors of the height unless most of their rim is steep.
 
     Parameters
     ----------
@@ -220,22 +228,44 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     (H, W) bool
     """
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
-    count, part = cv2.connectedComponents(calm, connectivity=4, ltype=cv2.CV_32S)
-    part = part.astype(np.intp)
-    rise = np.zeros(count)
+    raised_mm = _raised_mm(height_mm)
+    part, first_raised, count = _parts(calm, height_mm, raised_mm)
+    rise, rims, steep = np.zeros((3, count))
     for slopes, labels in ((gx, part), (gy.T, part.T)):
         left, right = labels[:, :-1], labels[:, 1:]
         rim = left != right
-        between = (slopes[:, :-1] + slopes[:, 1:])[rim]
-        rise += np.bincount(left[rim], between, count)
-        rise -= np.bincount(right[rim], between, count)
+        between, left, right = (slopes[:, :-1] + slopes[:, 1:])[rim], left[rim], right[rim]
+        for here, there, sign in ((left, right, 1), (right, left, -1)):
+            rise += np.bincount(here, sign * between, count)
+            rims += np.bincount(here, None, count)
+            steep += np.bincount(here, there == 0, count)
     flat = part.ravel()
     sizes = np.bincount(flat, None, count)
     levels = np.bincount(flat, height_mm.ravel(), count) / np.maximum(sizes, 1)
-    main = (levels < _raised_mm(height_mm)) & (sizes > REST_AREA.main_share * part.size)
+    main = (levels < raised_mm) & (sizes > REST_AREA.main_share * part.size)
     undeformed = (rise >= 0) | main
+    undeformed[first_raised:] = (steep <= REST_AREA.steep_share * rims)[first_raised:]
     undeformed[0] = False
     return np.asarray(undeformed[part])
+
+
+def _parts(calm: UInt8, height_mm: Array, raised_mm: float) -> tuple[NDArray[np.int32], int, int]:
+    """Number the calm parts of an image: those that are raised come last.
+
+    Returns
+    -------
+    part : (H, W) int32
+        0 where it is not calm.
+    first_raised, count : int
+        Number of the first part that is raised, and one more than that of the last.
+    """
+    high = calm & (height_mm > raised_mm)
+    low_count, part = cv2.connectedComponents(calm - high, connectivity=4, ltype=cv2.CV_32S)
+    if not high.any():
+        return np.asarray(part, np.int32), low_count, low_count
+    high_count, tops = cv2.connectedComponents(high, connectivity=4, ltype=cv2.CV_32S)
+    part = np.where(tops, tops + (low_count - 1), part)
+    return np.asarray(part, np.int32), low_count, low_count + high_count - 1
 
 
 def _raised_mm(height_mm: Array) -> float:

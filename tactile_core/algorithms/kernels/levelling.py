@@ -254,15 +254,26 @@ def rest_cells(
 
 
 @njit(**PART)
-def _outflow(slope: float, here: int, there: int, rise: Any) -> None:
+def _outflow(slope: float, here: int, there: int, rise: Any, rims: Any, steep: Any) -> None:
     if here != there:
         rise[here] += 0.5 * slope
         rise[there] -= 0.5 * slope
+        rims[here] += 1
+        rims[there] += 1
+        steep[here] += there == 0
+        steep[there] += here == 0
 
 
 @njit(**LOOP)
 def rest_area(
-    part: Any, count: int, height_mm: Any, gx: Any, gy: Any, raised_mm: float, main_share: float
+    part: Any,
+    first_raised: int,
+    count: int,
+    height_mm: Any,
+    gx: Any,
+    gy: Any,
+    raised_mm: float,
+    shares: tuple[float, float],
 ) -> Any:
     """Find the undeformed cells; see :func:`tactile_core.algorithms.rest_area.rest_area`.
 
@@ -270,13 +281,14 @@ def rest_area(
     ----------
     part : (H, W) int32
         Number of the calm part of each cell; 0 for a cell that is not calm.
-    count : int
-        Number of parts, with 0.
+    first_raised, count : int
+        Number of the first part that is raised, and number of parts, with 0.
     height_mm, gx, gy : (H, W)
     raised_mm : float
         Height from which a part is raised.
-    main_share : float
-        A part of at least this share of the image is undeformed if it is not raised.
+    shares : main_share, steep_share
+        A part of at least this share of the image is undeformed if it is not raised; a raised part
+        is not undeformed if a larger share of its rim is steep.
 
     Returns
     -------
@@ -284,20 +296,25 @@ def rest_area(
         1 where undeformed.
     """
     rows, columns = part.shape
+    main_share, steep_share = shares
     rise, sizes, total = np.zeros(count), np.zeros(count), np.zeros(count)
+    rims, steep = np.zeros(count), np.zeros(count)
     for i in range(rows):
         for j in range(columns):
             here = part[i, j]
             sizes[here] += 1
             total[here] += height_mm[i, j]
             if j + 1 < columns:
-                _outflow(gx[i, j] + gx[i, j + 1], here, part[i, j + 1], rise)
+                _outflow(gx[i, j] + gx[i, j + 1], here, part[i, j + 1], rise, rims, steep)
             if i + 1 < rows:
-                _outflow(gy[i, j] + gy[i + 1, j], here, part[i + 1, j], rise)
+                _outflow(gy[i, j] + gy[i + 1, j], here, part[i + 1, j], rise, rims, steep)
     undeformed = np.empty(part.shape, np.uint8)
     for i in range(rows):
         for j in range(columns):
             here = part[i, j]
             main = total[here] < raised_mm * sizes[here] and sizes[here] > main_share * part.size
-            undeformed[i, j] = here > 0 and (rise[here] >= 0 or main)
+            if here < first_raised:
+                undeformed[i, j] = here > 0 and (rise[here] >= 0 or main)
+            else:
+                undeformed[i, j] = steep[here] <= steep_share * rims[here]
     return undeformed

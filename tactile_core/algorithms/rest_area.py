@@ -46,7 +46,8 @@ class RestAreaParameters(NamedTuple):
         Source: chosen by hand like ``margin_thicknesses``, between low heights far from contacts
         (short) and the true bulge next to them (long).
     raised_share : float, share of the greatest height
-        Cells raised by this have half the weight of others, and higher ones hardly any.
+        Cells raised by this have half the weight of others, and higher ones hardly any. Where
+        they are calm, they are parts of their own.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
     least_raised_mm : float, mm
         Lower bound of the height of a raised cell, for images without a contact.
@@ -162,7 +163,8 @@ def _looped(
     raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
     raised_mm = max(raised[0] * highest_mm, raised[1])
     shares = REST_AREA.main_share, REST_AREA.steep_share
-    undeformed = loops.rest_area(*_parts(calm, cells[0], raised_mm), *cells, raised_mm, shares)
+    parts = _parts(calm, cells[0], highest_mm)
+    undeformed = loops.rest_area(*parts, *cells, raised_mm, shares)
     distance = _distance(undeformed.view(np.bool_))
     options = *of_gel, raised, REST_AREA.held, REST_AREA.rounds
     solver = *prepared(size[::-1]), tuple(SCREENED)
@@ -229,7 +231,7 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     """
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
     raised_mm = _raised_mm(height_mm)
-    part, first_raised, count = _parts(calm, height_mm, raised_mm)
+    part, first_raised, count = _parts(calm, height_mm, float(height_mm.max()))
     rise, rims, steep = np.zeros((3, count))
     for slopes, labels in ((gx, part), (gy.T, part.T)):
         left, right = labels[:, :-1], labels[:, 1:]
@@ -249,8 +251,11 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     return np.asarray(undeformed[part])
 
 
-def _parts(calm: UInt8, height_mm: Array, raised_mm: float) -> tuple[NDArray[np.int32], int, int]:
+def _parts(calm: UInt8, height_mm: Array, highest_mm: float) -> tuple[NDArray[np.int32], int, int]:
     """Number the calm parts of an image: those that are raised come last.
+
+    Raised cells are higher than a share of the greatest height, however low that is: without a
+    contact, they are errors, and none of their rim is steep.
 
     Returns
     -------
@@ -259,7 +264,7 @@ def _parts(calm: UInt8, height_mm: Array, raised_mm: float) -> tuple[NDArray[np.
     first_raised, count : int
         Number of the first part that is raised, and one more than that of the last.
     """
-    high = calm & (height_mm > raised_mm)
+    high = calm & (height_mm > REST_AREA.raised_share * highest_mm)
     low_count, part = cv2.connectedComponents(calm - high, connectivity=4, ltype=cv2.CV_32S)
     if not high.any():
         return np.asarray(part, np.int32), low_count, low_count

@@ -70,11 +70,24 @@ def test_smooth_errors_vanish_far_from_a_contact_at_the_border_too(
     assert np.abs((height - truth)[truth > 0]).mean() < np.abs(error).max()
 
 
-def test_a_wave_over_undeformed_gel_is_an_error() -> None:
+@pytest.mark.parametrize("size_mm", [0.02, 0.08])
+def test_a_wave_over_undeformed_gel_is_an_error(size_mm: float) -> None:
     # by the decay of 1.5 mm the wave keeps k² / (k² + 1 / decay²) = 0.41 of its height
-    left = levelled(np.zeros(SHAPE), swell(0.02))
-    assert left.std() < 0.5 * swell(0.02).std()
-    assert np.abs(left).max() < 0.6 * 0.02
+    left = levelled(np.zeros(SHAPE), swell(size_mm))
+    assert left.std() < 0.5 * swell(size_mm).std()
+    assert np.abs(left).max() < 0.6 * size_mm
+
+
+def test_a_flat_object_stays_raised_where_shear_has_flattened_its_wall() -> None:
+    depth_mm, slope, right_mm = 0.075, 0.03, 12.0
+    x, _ = places()
+    # on its right side the gel descends by less than the slope of calm cells
+    ramp = np.clip(depth_mm - slope * (x - right_mm), 0, depth_mm)
+    outline = plateau(6.5, 7.2, 1.0, 5.5, 0.3), plateau(right_mm, 7.2, 1.0, 5.5, 0.3)
+    truth = np.where(x < right_mm, depth_mm * outline[0], ramp * outline[1])
+    height = levelled(truth, np.zeros(SHAPE))
+    top = (truth == depth_mm) & (x < right_mm - 1)
+    assert height[top].mean() == pytest.approx(depth_mm, rel=0.1)
 
 
 @pytest.mark.parametrize("depth_mm", [0.06, 0.3])

@@ -232,21 +232,21 @@ def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:
     calm = (gx * gx + gy * gy < REST_AREA.calm_slope**2).view(np.uint8)
     raised_mm = _raised_mm(height_mm)
     part, first_raised, count = _parts(calm, height_mm, float(height_mm.max()))
-    rise, rims, steep = np.zeros((3, count))
+    pairs = []
     for slopes, labels in ((gx, part), (gy.T, part.T)):
         left, right = labels[:, :-1], labels[:, 1:]
         rim = left != right
         between, left, right = (slopes[:, :-1] + slopes[:, 1:])[rim], left[rim], right[rim]
-        for here, there, sign in ((left, right, 1), (right, left, -1)):
-            rise += np.bincount(here, sign * between, count)
-            rims += np.bincount(here, None, count)
-            steep += np.bincount(here, there == 0, count)
+        pairs += [(left, right, between), (right, left, -between)]
+    here, there, outwards = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    rise, rim_lengths = np.bincount(here, outwards, count), np.bincount(here, None, count)
+    steep = np.bincount(here, there == 0, count) > REST_AREA.steep_share * rim_lengths
     flat = part.ravel()
     sizes = np.bincount(flat, None, count)
     levels = np.bincount(flat, height_mm.ravel(), count) / np.maximum(sizes, 1)
     main = (levels < raised_mm) & (sizes > REST_AREA.main_share * part.size)
     undeformed = (rise >= 0) | main
-    undeformed[first_raised:] = (steep <= REST_AREA.steep_share * rims)[first_raised:]
+    undeformed[first_raised:] = ~steep[first_raised:]
     undeformed[0] = False
     return np.asarray(undeformed[part])
 

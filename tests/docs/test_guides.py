@@ -75,7 +75,7 @@ def test_force_is_measured(tmp_path: Path) -> None:
 
 
 def _pressed_with_forces(folder: Path, name: str, diameter_mm: float) -> None:
-    """Press and shear a ball on the virtual fingertip, and write the forces beside the frames."""
+    """Press a ball deeper and deeper, shear it, and write the forces beside the frames."""
     stage = VirtualStage("hex_fingertip")
     stage.indenter("sphere", diameter_mm=diameter_mm)
     (folder / "recordings" / name).mkdir(parents=True)
@@ -84,7 +84,7 @@ def _pressed_with_forces(folder: Path, name: str, diameter_mm: float) -> None:
         write_png(folder / "recordings" / name / f"{number}.png", stage.frame().pixels)
         lines.append(f"{number}," + ",".join(str(float(one)) for one in stage.truth().wrench))
         if number < 3:
-            stage.press(depth_mm=0.18)
+            stage.press(depth_mm=0.16 * (number + 1))
         else:
             stage.shear(dx_mm=0.06, dy_mm=0.04)
     (folder / "forces" / f"{name}.csv").write_text("\n".join(lines))

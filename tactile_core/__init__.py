@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from tactile_core.quantities import Quantity as Quantity
     from tactile_core.quantities import Reference as Reference
     from tactile_core.quantities import RelativeLoad as RelativeLoad
+    from tactile_core.quantities import ShownGel as ShownGel
     from tactile_core.quantities import SlipState as SlipState
     from tactile_core.quantities import Wrench as Wrench
 
@@ -136,6 +137,7 @@ _HOMES = {
         "Quantity",
         "Reference",
         "RelativeLoad",
+        "ShownGel",
         "SlipState",
         "Wrench",
     ),

@@ -50,6 +50,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Light and undeformed surface",
         "The reference, the drift of the lights, and the pixels that can be measured.",
         (
+            "appearance",
             "background",
             "drift",
             "levels",

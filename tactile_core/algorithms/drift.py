@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms import kernels
-from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.half_sample import shorths
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.levels import LEVELS
@@ -252,7 +252,7 @@ def _compensated(levels: Array, gains: Array, full_scale: float) -> Array:
 
 def _undeformed_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
-    gain = _modes(logs)
+    gain = shorths(logs)
     for _ in range(DRIFT.rounds):
         residual = logs - gain[:, None]
         residual *= residual
@@ -263,14 +263,3 @@ def _undeformed_gain(logs: Array) -> tuple[Array, float]:
         gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
     consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
     return gain, np.count_nonzero(consistent) / logs.shape[1]
-
-
-def _modes(logs: Array) -> Array:
-    """Mean of the shortest interval that holds half of each row, (K,)."""
-    ordered = np.sort(logs, axis=1)
-    half = ordered.shape[1] // 2
-    first, _ = narrowest(ordered, half + 1)
-    return np.array(
-        [row[i : i + half].sum() / half for row, i in zip(ordered, first.tolist(), strict=True)],
-        np.float32,
-    )

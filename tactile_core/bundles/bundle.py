@@ -190,12 +190,13 @@ class Bundle:
                 f"the bundle was made at {mine.mm_per_px:g} mm per pixel and this input has "
                 f"{image.mm_per_px:g}; calibrate at the scale of the input"
             )
+        notes = [f"'tactile calibrate' said of this bundle: {doubt}" for doubt in mine.doubts]
         if optics_differ:
-            return [
+            notes.append(
                 "the profile's image, light or gel has changed since this bundle was made; "
                 "calibrate again if readings look wrong"
-            ]
-        return []
+            )
+        return notes
 
     def check_gel(self, gel: str) -> None:
         """Check that the bundle was made with a gel.

@@ -11,11 +11,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
 
+from tactile_core.bundles.light_range import LightRange
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.printable import printable
 
-FORMAT = 4
+FORMAT = 5
 """Version of the bundle format that is written and read."""
 
 MANIFEST = "manifest.json"
@@ -56,6 +57,10 @@ class Manifest(BaseModel):
         ``plugin.name`` of each artefact's class, by the artefact's name. The name is also that of
         the artefact's folder. The light model has the name :data:`LIGHT`; a bundle without it
         holds models of steps.
+    light_range : LightRange or None
+        What is normal for the light of this unit; None if it was not observed.
+    doubts : tuple of str
+        What contradicted the calibration when it was made; every use repeats it.
     files : dict
         SHA-256 of every other file of the bundle, by its path in the folder.
     content_hash : str
@@ -81,6 +86,8 @@ class Manifest(BaseModel):
     ball_diameters_mm: tuple[Positive, ...] = ()
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
+    light_range: LightRange | None = None
+    doubts: tuple[Text, ...] = ()
     versions: dict[str, Text] = {}
     profile_hash: str = ""
     files: dict[str, str] = {}

@@ -15,6 +15,7 @@ from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts
 from tactile_core.calibration.gel_shape import thickness_of
 from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
+from tactile_core.calibration.light_range import light_range
 from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import CrossValidation
@@ -102,6 +103,9 @@ def fitted_bundle(
     azimuths = channel_azimuths(good, undeformed)
     if is_sequential(good[0].frame):
         notes = (*notes, *misplaced_lights(profile, undeformed.channels, azimuths))
+    doubted = implausible(surfaces, undeformed, profile.gel)
+    if scored:
+        doubted = (*doubted, *doubts(score, good))
     manifest = Manifest(
         profile=profile.name,
         revision=profile.revision,
@@ -118,14 +122,13 @@ def fitted_bundle(
         ball_diameters_mm=ground_truth.ball_diameters_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
+        light_range=light_range(good, undeformed),
+        doubts=doubted,
         versions=_versions(),
         profile_hash=profile_hash(profile),
     )
-    notes = (*notes, *implausible(surfaces, undeformed, profile.gel))
-    if scored:
-        notes = (*notes, *doubts(score, good))
     bundle = Bundle(manifest, artefacts, undeformed)
-    return Calibrated(bundle, surfaces, score, notes, ground_truth.basis)
+    return Calibrated(bundle, surfaces, score, (*notes, *doubted), ground_truth.basis)
 
 
 def _versions() -> dict[str, str]:

@@ -101,6 +101,7 @@ class Reading:
             "slip": None,
             "markers": None,
             "load": None,
+            "shows": None,
         }
         for quantity in self.quantities.values():
             with guard(quantity):

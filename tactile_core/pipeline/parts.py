@@ -10,6 +10,7 @@ import numpy as np
 from tactile_core.acquisition.assembly import lights_of
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.chain import Chain
@@ -93,6 +94,7 @@ class PipelineParts:
             compiled=compiled,
         )
         chain, markless = _chain(profile, conditioning, compiled)
+        notes += _of_another_gel(bundle, conditioning)
         completed = _with_detections(conditioning.reference, chain, profile)
         parts = cls(profile, bundle, compiled, calibration, conditioning, completed, chain, ())
         finder = conditioning.finder
@@ -129,6 +131,14 @@ class PipelineParts:
         return measured
 
     @cached_property
+    def gel_check(self) -> GelCheck | None:
+        """Compares frames with the reference; None without one."""
+        if self.conditioning.reference is None:
+            return None
+        light = None if self.bundle is None else self.bundle.manifest.light_range
+        return GelCheck(self.conditioning.reference, light)
+
+    @cached_property
     def reference_gradients(self) -> ReferenceGradients | None:
         """The slopes that the calibration measures on the reference; None if no step takes them."""
         taken = any(ReferenceGradients in step.takes for step in self.chain.steps)
@@ -162,6 +172,17 @@ class PipelineParts:
                 kind = left_out[giver[kind]]
             left_out[name] = kind
         return left_out
+
+
+def _of_another_gel(bundle: Bundle | None, conditioning: Conditioning) -> list[str]:
+    """Say whether a reference of today shows another gel, or other light, than the bundle's."""
+    given = conditioning.reference
+    if bundle is None or given is None or given.pixels is bundle.reference.pixels:
+        return []
+    calibrated = conditioning.against(bundle.reference).undeformed
+    today = replace(given.as_frame(bundle.manifest.mm_per_px), marker_mask=given.marker_mask)
+    shown = GelCheck(calibrated, bundle.manifest.light_range)(today)
+    return [f"the reference is not that of the bundle: {words}" for words in shown.warnings()]
 
 
 def _has_light_model(bundle: Bundle | None) -> bool:

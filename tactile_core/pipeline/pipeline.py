@@ -38,7 +38,14 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
     ReferenceGradients,
+    ShownGel,
 )
+
+BULGE = 0.5
+"""Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do."""
+
+HEIGHT_STRIDE = 4
+"""Of the pixels whose height is compared with the thickness, px."""
 
 COMPILING_S = 5.0
 """Processor time that a frame takes only if its kernels are compiled; loading takes a third."""
@@ -154,6 +161,8 @@ class Pipeline:
         given |= self._parts.fitted
         if self.reference is not None:
             given[Reference] = self.reference
+        if self._parts.gel_check is not None:
+            given[ShownGel] = self._parts.gel_check(frame)
         if self._parts.measures:
             measured = self._parts.measured(frame)
             given[type(measured)] = measured
@@ -163,6 +172,11 @@ class Pipeline:
         external, fitted = self._chain.external, self._parts.fitted
         not_measured = {Frame, Reference, ReferenceGradients, *external, *fitted}
         measured_only = {k: v for k, v in result.by_type.items() if k not in not_measured}
+        height = measured_only.get(HeightMap)
+        if isinstance(height, HeightMap) and self._is_impossible(height):
+            shown = measured_only.get(ShownGel)
+            if not isinstance(shown, ShownGel) or shown.this_gel:
+                measured_only[ShownGel] = ShownGel(False, "unknown", frame.timestamp_s)
         latency_ms = 1e3 * (perf_counter() - start)
         warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
         for name, kind in result.left_out.items():
@@ -302,6 +316,14 @@ class Pipeline:
     def tare(self) -> None:
         """Subtract the load of the next frame from all later readings, until :meth:`reset`."""
         self._tares = True
+
+    def _is_impossible(self, height: HeightMap) -> bool:
+        """Whether a height is more than the gel is thick, or a bulge that it cannot form."""
+        thickness_mm = self.profile.gel.thickness_mm
+        if thickness_mm is None:
+            return False
+        some = height.mm[::HEIGHT_STRIDE, ::HEIGHT_STRIDE]
+        return bool(some.max() > thickness_mm or some.min() < -BULGE * thickness_mm)
 
     def _is_compiled(self) -> bool:
         """Whether the loops that this pipeline calls are compiled."""

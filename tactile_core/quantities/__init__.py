@@ -16,6 +16,7 @@ from tactile_core.quantities.network_output import NetworkOutput
 from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
 from tactile_core.quantities.quantity import Quantity
 from tactile_core.quantities.relative_load import RelativeLoad
+from tactile_core.quantities.shown_gel import ShownGel
 from tactile_core.quantities.slip import SlipState
 from tactile_core.quantities.slip_cues import (
     ContactLoss,
@@ -60,6 +61,7 @@ __all__ = [
     "ReferenceGradients",
     "RelativeLoad",
     "ShearRelease",
+    "ShownGel",
     "SlipContact",
     "SlipState",
     "TimestampS",

@@ -140,7 +140,8 @@ def test_the_promised_names_are_the_public_names() -> None:
     assert short == set(tactile_core.__all__)
     for full_name in promised(r"`(tactile_core\.[\w.]+)`"):
         module, _, name = full_name.rpartition(".")
-        assert hasattr(import_module(module), name), full_name
+        if not hasattr(import_module(module), name):
+            import_module(full_name)  # a module, which nothing has imported yet
 
 
 def test_the_promised_versions_match_the_program() -> None:

@@ -29,7 +29,7 @@ from tactile_core.formats.images import write_png
 from tactile_core.interfaces.estimator import External, SensorContext
 from tactile_core.pipeline.chain import Chain
 from tactile_core.pipeline.playback import read_frames
-from tactile_core.quantities import Quantity
+from tactile_core.quantities import Quantity, ShownGel
 from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
@@ -66,7 +66,7 @@ def test_the_reference_measured_like_a_press_is_at_zero(lab: VirtualLab) -> None
     itself = pipeline.process(pipeline.reference.as_frame(lab.profile.image.mm_per_px))
     assert np.abs(itself[HeightMap].mm).max() < 1e-6
     assert itself[ContactMask].area_mm2 == 0
-    assert set(itself.quantities) == {Gradients, HeightMap, ContactMask}
+    assert set(itself.quantities) == {Gradients, HeightMap, ContactMask, ShownGel}
 
 
 def test_slopes_of_unseen_presses_have_unit_gain(lab: VirtualLab) -> None:

@@ -35,3 +35,14 @@ def narrowest(ordered: Array, count: int) -> tuple[NDArray[np.intp], Array]:
     last = ordered.shape[-1] - count
     lengths = ordered[..., count - 1 :] - ordered[..., : last + 1]
     return lengths.argmin(axis=-1), lengths.min(axis=-1)
+
+
+def shorths(rows: Array) -> Array:
+    """Return the mean of the shortest interval that holds half of each row of (K, N), (K,)."""
+    ordered = np.sort(rows, axis=1)
+    half = ordered.shape[1] // 2
+    first, _ = narrowest(ordered, half + 1)
+    return np.array(
+        [row[i : i + half].sum() / half for row, i in zip(ordered, first.tolist(), strict=True)],
+        np.float32,
+    )

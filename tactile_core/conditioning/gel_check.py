@@ -1,0 +1,202 @@
+"""Check of every frame: whether it shows the gel of the reference under the bundle's light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tactile_core.algorithms.appearance import (
+    FEWEST_CELLS,
+    Appearance,
+    agreement,
+    fitted,
+    polynomial,
+)
+from tactile_core.algorithms.arrays.types import Array, Bool
+from tactile_core.bundles.light_range import LightRange
+from tactile_core.quantities import Frame, Reference, ShownGel
+from tactile_core.quantities.shown_gel import Cause
+
+MARGIN = 0.05
+"""Share of the cells by which a mistake must explain a frame better than none does."""
+
+SURFACE_TOLERANCE = 0.04
+"""Logarithm of intensity by which a cell may differ from every tilt of the surface."""
+
+SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
+
+SECOND_ORDER = 3.0
+"""What a tilt changes beyond the first order, per mean square of the change."""
+
+FLOOR = 0.004
+"""Logarithm of intensity that noise and rounding leave in a smooth field."""
+
+UNSEEN_READABLE = 0.5
+"""Share of the reference's readable cells that a frame must show."""
+
+
+@dataclass(frozen=True)
+class LightChange:
+    """What of a frame's change no tilt of the surface explains.
+
+    Attributes
+    ----------
+    slope : (J, 2)
+        Of the linear field, per half of the image.
+    ramp, field : float
+        Root mean square of the linear field beyond the known drift, and of that of third order.
+    level, linear, cubic : float
+        Shares of the cells that a constant and these two fields explain.
+    second_order : float
+        What a tilt may change beyond the first order.
+    """
+
+    slope: Array
+    ramp: float
+    field: float
+    level: float
+    linear: float
+    cubic: float
+    second_order: float
+
+
+@dataclass(frozen=True, eq=False)
+class GelCheck:
+    """Compares frames with a reference.
+
+    Parameters
+    ----------
+    reference : Reference
+        With its markers masked.
+    light : LightRange or None
+        The unit's; None if it was never calibrated.
+    """
+
+    reference: Reference
+    light: LightRange | None = None
+
+    def __call__(self, frame: Frame) -> ShownGel:
+        """Say what a conditioned frame shows."""
+        cause = self._cause(frame)
+        return ShownGel(cause is None, cause, frame.timestamp_s)
+
+    @cached_property
+    def _appearance(self) -> Appearance:
+        reference = self.reference
+        return Appearance(reference.pixels, reference.full_scale, reference.marker_mask)
+
+    def _cause(self, frame: Frame) -> Cause | None:
+        look = self._appearance
+        log, readable = look.cells.log(frame.pixels, frame.full_scale, frame.marker_mask)
+        change, both = look.change(log, readable)
+        if np.count_nonzero(look.seen) < FEWEST_CELLS:
+            return None
+        shown = np.count_nonzero(both)
+        if shown < max(FEWEST_CELLS, UNSEEN_READABLE * np.count_nonzero(look.seen)):
+            return "unknown"
+        found = look.cause(log, readable, change, MARGIN)
+        if found:
+            return found
+        if self._beyond is None or self._unsuspicious(change):
+            return None
+        return self._of_light(self.light_change(change, both))
+
+    def change_of(self, frame: Frame) -> LightChange | None:
+        """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""
+        look = self._appearance
+        log, readable = look.cells.log(frame.pixels, frame.full_scale, frame.marker_mask)
+        change, both = look.change(log, readable)
+        if self._beyond is None or np.count_nonzero(both) < FEWEST_CELLS:
+            return None
+        return self.light_change(change, both)
+
+    def light_change(self, change: Array, both: Bool) -> LightChange:
+        """Fit smooth fields to what no tilt explains of a change."""
+        seen = change[both]
+        left = seen @ self._beyond
+
+        def fit(order: int) -> tuple[Array, float]:
+            basis = self._polynomials[order][both]
+            coefficients = fitted(left, basis, SURFACE_SCALES)
+            return coefficients, agreement(left - basis @ coefficients, SURFACE_TOLERANCE)
+
+        _, level = fit(0)
+        plane, linear = fit(1)
+        smooth, cubic = fit(3)
+        slope = plane[1:].T
+        return LightChange(
+            slope,
+            ramp_size(self.beyond_drift(slope)),
+            _rms(self._polynomials[3] @ smooth),
+            level,
+            linear,
+            cubic,
+            float(SECOND_ORDER * np.median(np.square(seen).mean(axis=1))),
+        )
+
+    def _of_light(self, found: LightChange) -> Cause | None:
+        ramp, field, least = self._limits
+        tilted = found.ramp > ramp + found.second_order and found.linear > found.level + 0.02
+        uneven = found.field > field + found.second_order and found.cubic > found.level + 0.05
+        if tilted or uneven:
+            return "one_sided_light" if found.linear > found.cubic - 0.04 else "another_unit"
+        return "unknown" if found.cubic < least else None
+
+    def _unsuspicious(self, change: Array) -> bool:
+        """Whether a plain fit shows that a robust one would find nothing: true of most frames."""
+        left = np.clip(change @ self._beyond, -SURFACE_TOLERANCE, SURFACE_TOLERANCE)
+        ramp, field, least = self._limits
+        smooth = self._projection @ left
+        return (
+            _rms(self._polynomials[3] @ smooth) < 0.5 * min(ramp, field)
+            and agreement(left, SURFACE_TOLERANCE) > 2 * least
+        )
+
+    @cached_property
+    def _limits(self) -> tuple[float, float, float]:
+        """Largest ramp and field, and least agreement, of a frame of this gel."""
+        light = self.light
+        if light is None:
+            return 0.05, 0.1, 0.1
+        return 1.25 * light.ramp + FLOOR, 1.25 * light.field + FLOOR, 0.5 * light.agreement
+
+    @cached_property
+    def _projection(self) -> Array:
+        """(M, N): least squares of a field of third order."""
+        return np.asarray(np.linalg.pinv(self._polynomials[3]), np.float32)
+
+    @cached_property
+    def _beyond(self) -> Array | None:
+        """(K, J): combinations of channels that no tilt changes."""
+        channels = len(self.reference.channels)
+        if channels < 3:
+            return None
+        if self.light is None:
+            return np.full((channels, 1), channels**-0.5, np.float32)
+        left, _, _ = np.linalg.svd(np.array(self.light.response), full_matrices=True)
+        return left[:, 2:].astype(np.float32)
+
+    @cached_property
+    def _polynomials(self) -> dict[int, Array]:
+        return {order: polynomial(self._appearance.cells.shape, order) for order in (0, 1, 3)}
+
+    def beyond_drift(self, slope: Array) -> Array:
+        """Return what of a slope the drift of the calibration, or a part of it, leaves."""
+        if self.light is None:
+            return slope
+        drift = np.array(self.light.drift, np.float32)
+        square = float(np.square(drift).sum())
+        share = float((slope * drift).sum()) / square if square > 0 else 0.0
+        return np.asarray(slope - drift * min(max(share, 0.0), 1.0))
+
+
+def _rms(field: Array) -> float:
+    """Root mean square over the image of the length of a field's vectors about their mean."""
+    return float(np.sqrt(np.square(field - field.mean(axis=0)).sum(axis=1).mean()))
+
+
+def ramp_size(slope: Array) -> float:
+    """Return the root mean square over the image of a linear field with this (J, 2) slope."""
+    return float(np.sqrt(np.square(slope).sum() / 3))

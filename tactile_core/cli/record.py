@@ -23,9 +23,7 @@ from tactile_core.cli.output import print_data, print_json, print_message
 
 def record(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    out: Annotated[
-        Path, typer.Option(help="A new .mcap or .h5 file, or a new folder for single images.")
-    ],
+    out: Annotated[Path, typer.Option(help="A new .mcap file, or a new folder for single images.")],
     serial: Serial = None,
     gel: GelName = None,
     sim: Simulated = False,
@@ -97,17 +95,19 @@ def record(
 
 
 def recover(
-    file: Annotated[Path, typer.Argument(help="An interrupted .mcap or .h5 recording.")],
+    file: Annotated[Path, typer.Argument(help="An interrupted or damaged .mcap recording.")],
     out: Annotated[
         Path | None,
         typer.Option(help="The new file. Default: beside it, as NAME.recovered.mcap."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write every complete frame of an interrupted recording to a new file for any program."""
+    """Write every sound frame of an interrupted or damaged recording to a new file."""
     from tactile_core.recordings.recovery import recover as recovered
 
     found = recovered(file, out)
+    if found.damage:
+        print_message(f"note: {found.damage}")
     if as_json:
         print_json({"out": str(found.path), "images": found.images, "messages": found.messages})
         return

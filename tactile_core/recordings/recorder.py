@@ -43,6 +43,8 @@ class RecordedSession:
         Whether compiled loops measured, whose results differ by rounding.
     tared : bool
         Whether a load had been subtracted before the beginning, which the recording does not hold.
+    damaged : tuple of str
+        ``"bundle"`` and ``"reference"`` if the recording had them and they cannot be read.
     """
 
     profile: str
@@ -58,6 +60,7 @@ class RecordedSession:
     started: str = ""
     compiled: bool = False
     tared: bool = False
+    damaged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,6 +55,8 @@ class RunningRecording:
     session : RecordedSession
     readings : bool
         Whether readings are written, too.
+    waits : bool
+        Whether images and readings wait for a slow disk, and are never left out.
 
     Raises
     ------
@@ -81,12 +83,14 @@ class RunningRecording:
         session: RecordedSession,
         *,
         readings: bool = False,
+        waits: bool = False,
         parameters: RecordingParameters = RecordingParameters(),  # noqa: B008
     ) -> None:
         self.images, self.dropped, self.bytes = 0, 0, 0
         self.failure: str | None = None
         self.limit: int | None = None
         self.readings = readings
+        self._waits = waits
         self._writer, self._parameters = writer, parameters
         self._changed = Condition()
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
@@ -205,6 +209,11 @@ class RunningRecording:
         return number
 
     def _fits(self, nbytes: int) -> bool:
+        if self._waits:
+            self._changed.wait_for(lambda: self.failure is not None or self._has_room(nbytes))
+        return self._has_room(nbytes)
+
+    def _has_room(self, nbytes: int) -> bool:
         return not self._waiting or self._waiting_bytes + nbytes <= self._parameters.queue_bytes
 
     def _put_image(self, recorded: RecordedImage, *, checked: bool = False) -> None:
@@ -223,7 +232,7 @@ class RunningRecording:
             return
         self._waiting.append((nbytes, write))
         self._waiting_bytes += nbytes
-        self._changed.notify()
+        self._changed.notify_all()
 
     def _run(self) -> None:
         try:
@@ -250,6 +259,7 @@ class RunningRecording:
                 flush_at = min(flush_at, time.monotonic() + self._parameters.flush_s)
                 with self._changed:
                     self._waiting_bytes -= nbytes
+                    self._changed.notify_all()
             if time.monotonic() >= flush_at:
                 self._writer.flush()
                 flush_at = float("inf")
@@ -265,6 +275,7 @@ class RunningRecording:
                 )
             self._waiting.clear()
             self._waiting_bytes = 0
+            self._changed.notify_all()
 
 
 def _bytes_of(quantity: Quantity) -> int:

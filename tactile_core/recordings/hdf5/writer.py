@@ -11,15 +11,8 @@ import numpy as np
 
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Reference
-from tactile_core.recordings.hdf5.columns import (
-    IMAGES,
-    JSON,
-    READINGS,
-    ROWS,
-    ImageColumns,
-    ReadingColumns,
-)
-from tactile_core.recordings.hdf5.growing_file import END, GrowingFile
+from tactile_core.recordings.hdf5.column_file import ColumnFile
+from tactile_core.recordings.hdf5.columns import ImageColumns, ReadingColumns
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import reference_bytes, session_files
 
@@ -33,12 +26,10 @@ EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
 """Columns: each event as JSON, the number of images before it, and a row at the very end."""
 
 
-READINGS_THERE = "readings_there"
-"""Column: how many readings all other columns hold, each time that the file was flushed."""
-
-
 class Hdf5Writer(RecordingWriter):
     """Writes ``.h5``: a column for everything, with units and axes as attributes.
+
+    What is not closed cannot be read.
 
     Parameters
     ----------
@@ -48,18 +39,16 @@ class Hdf5Writer(RecordingWriter):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._file: GrowingFile | None = None
+        self._file: ColumnFile | None = None
 
     def open(self, session: RecordedSession) -> None:
         """Create the file and write the session."""
-        file = self._file = GrowingFile(self.path)
-        file.reserve([SESSION, REFERENCES, IMAGES, READINGS, ROWS], _columns())
+        file = self._file = ColumnFile(self.path)
         file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
         for name, content in session_files(session).items():
             file.put(SESSION + name, content)
         self._images, self._readings = ImageColumns(file), ReadingColumns(file)
-        self._image_count = self._reading_count = self._readings_there = 0
-        file.flush()
+        self._image_count = 0
 
     def write_image(self, recorded: RecordedImage) -> None:
         """Write an image, losslessly; one that came compressed as the same bytes."""
@@ -79,16 +68,9 @@ class Hdf5Writer(RecordingWriter):
     def write_reading(self, reading: Reading) -> None:
         """Write the quantities of a reading and the line of ``tactile run --json``."""
         self._readings.write(reading)
-        self._reading_count += 1
 
     def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._opened.flush()
-        if self._reading_count > self._readings_there:
-            # columns are written one by one, so that a kill leaves some shorter than others
-            self._readings_there = self._reading_count
-            self._opened.append(READINGS_THERE, np.array([self._readings_there], np.int64))
-            self._opened.flush()
+        """Do nothing: a file that is not closed cannot be read anyway."""
 
     def close(self) -> None:
         """Complete the file and close it."""
@@ -98,14 +80,6 @@ class Hdf5Writer(RecordingWriter):
             file.close()
 
     @property
-    def _opened(self) -> GrowingFile:
-        if self._file is None:
-            raise OSError(f"{self.path} is not open")
+    def _opened(self) -> ColumnFile:
+        assert self._file is not None
         return self._file
-
-
-def _columns() -> dict[str, str]:
-    """Return the type of each column outside groups."""
-    of_bytes = dict.fromkeys((EVENTS, *JSON), "u1")
-    ends = {name + END: "i8" for name in of_bytes}
-    return {**of_bytes, **ends, BEFORE: "i8", READINGS_THERE: "i8", FINISHED: "?"}

@@ -64,14 +64,14 @@ def print_damage(folder: Path, rng: np.random.Generator) -> None:
             print(f"{name}, {kind}: {len(cases)} files, {dict(counts)}", flush=True)
 
 
-def record(path: Path, *, finished: bool) -> None:
+def record(path: Path, *, finished: bool, bundle: bool = True) -> None:
     """Write a recording of raw and compressed images, with references and events between them."""
     import cv2
 
     rng = np.random.default_rng(1)
     pixels = rng.random((12, 16, 3), np.float32)
-    bundle = {"manifest.json": b"{}", "light/model.npz": rng.bytes(3000)}
-    session = replace(SESSION, bundle=bundle, reference=Reference(pixels, SESSION.channels))
+    files = {"manifest.json": b"{}", "light/model.npz": rng.bytes(3000)} if bundle else None
+    session = replace(SESSION, bundle=files, reference=Reference(pixels, SESSION.channels))
     writer = McapWriter(path)
     writer.open(session)
     for number in range(60):
@@ -151,7 +151,7 @@ def tried_on(path: Path, data: bytes, sent: Images, kept: set[int]) -> Counter[s
 def print_disks(folder: Path, rng: np.random.Generator) -> None:
     """Run each command with files that may not exceed a size, and count how it ends."""
     source, cut, profile = folder / "source.mcap", folder / "cut.mcap", folder / "small.yaml"
-    record(source, finished=True)
+    record(source, finished=True, bundle=False)
     cut.write_bytes(source.read_bytes()[: source.stat().st_size * 9 // 10])
     profile.write_text(SESSION.profile)
     given = {path: path.read_bytes() for path in (source, cut, profile)}

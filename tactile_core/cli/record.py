@@ -69,7 +69,7 @@ def record(
         timeout_s=timeout,
         reconnect_s=reconnect_s,
     ) as sensor:
-        for note in sensor.notes if readings else ():
+        for note in sensor.notes if readings else sensor.damage:
             print_message(f"note: {note}")
         began_s = monotonic()
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():

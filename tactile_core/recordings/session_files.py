@@ -13,6 +13,7 @@ from typing import Any
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.references import reference_arrays, reference_of
 from tactile_core.errors import InputError
+from tactile_core.formats.address import hide_secrets
 from tactile_core.formats.npz import npz_arrays, npz_bytes
 from tactile_core.formats.yaml import mapping_of, yaml_text
 from tactile_core.profiles.model import Profile
@@ -24,9 +25,6 @@ SESSION, PROFILE, REFERENCE, BUNDLE = "session.json", "profile.yaml", "reference
 
 ESSENTIAL = SESSION, PROFILE
 """Files without which no image can be measured."""
-
-_CREDENTIALS = re.compile(r"(?<=://)[^/@\s'\"]+@")
-"""User and password in an address, which nobody wants to pass on."""
 
 _NAME = re.compile(r"[\w+-][\w.+-]*(?:/[\w+-][\w.+-]*)*", re.ASCII)
 """Names of files in a bundle that are safe to create."""
@@ -133,8 +131,8 @@ def own_reference(session: RecordedSession, path: Path) -> Reference | None:
 
 
 def profile_text(profile: Profile) -> str:
-    """Return a profile as YAML that needs no other file, without passwords in addresses."""
-    return _CREDENTIALS.sub("", yaml_text(profile.model_dump(mode="json", by_alias=True)))
+    """Return a profile as YAML that needs no other file, without secrets in addresses."""
+    return yaml_text(hide_secrets(profile.model_dump(mode="json", by_alias=True)))
 
 
 def profile_of(session: RecordedSession, path: Path) -> Profile:

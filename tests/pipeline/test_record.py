@@ -260,7 +260,7 @@ def test_passwords_in_addresses_are_not_recorded(tmp_path: Path, lab: VirtualLab
     path = tmp_path / "own.yaml"
     path.write_text(
         f"extends: {lab.profile_path}\n"
-        "illumination: {driver: {use: core.serial_leds, lights: [red], port: 'tcp://me:secret@h'}}\n"
+        "illumination: {driver: {use: core.serial_leds, lights: [red], port: 'tcp://me:secr@et@h?token=secret'}}\n"
     )
     with (
         open_sensor(path, input=lab.presses) as sensor,
@@ -269,7 +269,8 @@ def test_passwords_in_addresses_are_not_recorded(tmp_path: Path, lab: VirtualLab
         sensor.acquire()
     data = (tmp_path / "one.mcap").read_bytes()
     assert b"tcp://h" in data
-    assert b"secret" not in data
+    assert b"secr" not in data
+    assert b"et@" not in data
 
 
 def test_two_recordings_at_once_are_both_complete(live: Path, tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ class McapWriter(RecordingWriter):
         self._chunks.attach(time.time_ns(), name, _media_type(name), content)
 
     def _repeat(self, file: AppendedFile) -> None:
-        """Write again what no image can be read without; next when the file is half as long again."""
+        """Write again what no image can be read without, and plan when to do so next."""
         for name, content in self._essential.items():
             self._attach(name, content)
         self._repeat_at = file.tell() * 3 // 2

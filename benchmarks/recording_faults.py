@@ -1,4 +1,4 @@
-"""Damage, full disks and kills: ``PYTHONPATH=tests python benchmarks/recording_faults.py [WHAT …]``.
+"""Damage, full disks, kills: ``PYTHONPATH=tests python benchmarks/recording_faults.py [WHAT …]``.
 
 *damage*: flipped bits, truncations and zeroed halves of MCAP recordings, finished and not.
 Counted are images that come back altered, and sound ones that do not come back, as they are read
@@ -17,25 +17,16 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from support.recordings import SESSION, image
+from support.damaged_recordings import Images, chunks_in, damaged, images_in, record
+from support.recordings import SESSION
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.streaming.encoded_image import EncodedImage
-from tactile_core.quantities import Reference
-from tactile_core.recordings.kinds import recording_file
-from tactile_core.recordings.mcap.records import CHUNK, RECORD
-from tactile_core.recordings.mcap.writer import McapWriter
-from tactile_core.recordings.recorder import RecordedImage
-from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.recovery import recover
 
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
-Images = dict[int, tuple[bytes, dict[str, object]]]
 
 
 def main() -> None:
@@ -64,50 +55,6 @@ def print_damage(folder: Path, rng: np.random.Generator) -> None:
             print(f"{name}, {kind}: {len(cases)} files, {dict(counts)}", flush=True)
 
 
-def record(path: Path, *, finished: bool, bundle: bool = True) -> None:
-    """Write a recording of raw and compressed images, with references and events between them."""
-    import cv2
-
-    rng = np.random.default_rng(1)
-    pixels = rng.random((12, 16, 3), np.float32)
-    files = {"manifest.json": b"{}", "light/model.npz": rng.bytes(3000)} if bundle else None
-    session = replace(SESSION, bundle=files, reference=Reference(pixels, SESSION.channels))
-    writer = McapWriter(path)
-    writer.open(session)
-    for number in range(60):
-        one = image(number, sequence=number)
-        sent: object = one
-        if number % 2:
-            jpeg = bytes(cv2.imencode(".jpg", one.pixels)[1])
-            sent = EncodedImage(jpeg, "camera", one.timestamp_s, one.wall_time_s)
-        writer.write_image(RecordedImage(sent, number))  # type: ignore[arg-type]
-        writer.write_event("measured", {"number": number, "tare": False})
-        if number % 20 == 10:
-            writer.write_reference(f"{number:04d}", Reference(pixels + number, SESSION.channels))
-            writer.write_event("reference", {"name": f"{number:04d}"})
-    writer.close() if finished else writer.abandon()
-
-
-def images_in(path: Path) -> Images:
-    with recording_file(path) as file:
-        return {
-            entry.described["number"]: (file.image(entry).pixels.tobytes(), dict(entry.described))
-            for entry in file.entries
-            if isinstance(entry, ImageEntry)
-        }
-
-
-def chunks_in(data: bytes, sent: Images) -> Iterator[tuple[int, int, int]]:
-    """Yield the number of each image, and the offsets of its chunk."""
-    at, numbers = 8, iter(sorted(sent))
-    while at + RECORD.size < len(data):
-        kind, length = RECORD.unpack_from(data, at)
-        end = at + RECORD.size + length
-        if kind == CHUNK and b"/camera/info" in data[at:end]:
-            yield next(numbers), at, end
-        at = end
-
-
 def damages(size: int, rng: np.random.Generator) -> dict[str, list[tuple[int, int, int]]]:
     """Return first and last byte of each damage, and the bits that flip: 0 zeroes, -1 cuts off."""
     flips = [
@@ -117,13 +64,6 @@ def damages(size: int, rng: np.random.Generator) -> dict[str, list[tuple[int, in
     starts = [0, size // 2, *rng.integers(0, size // 2, HALVES - 2)]
     halves = [(int(at), int(at) + size // 2, 0) for at in starts]
     return {"flipped bits": flips, "truncations": cuts, "zeroed halves": halves}
-
-
-def damaged(data: bytes, first: int, last: int, mask: int) -> bytes:
-    if mask < 0:
-        return data[:first]
-    middle = bytes([data[first] ^ mask]) if mask else bytes(last - first)
-    return data[:first] + middle + data[last:]
 
 
 def tried_on(path: Path, data: bytes, sent: Images, kept: set[int]) -> Counter[str]:

@@ -9,9 +9,13 @@ _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://")
 _ADDRESS = re.compile(_SCHEME.pattern + r"\S*")
 _HOST = re.compile(r"(?:[^:\[\]]*|\[.*\])(?::\d*)?")
 
+# fmt: off
 _HARMLESS = frozenset(
-    ["action", "camera", "cam", "channel", "ch", "codec", "compression", "device", "format", "fps", "framerate", "height", "input", "profile", "quality", "resolution", "rotation", "source", "stream", "subtype", "view", "width"]
+    {"action", "camera", "cam", "channel", "ch", "codec", "compression", "device", "format",
+     "fps", "framerate", "height", "input", "profile", "quality", "resolution", "rotation",
+     "source", "stream", "subtype", "view", "width"}
 )
+# fmt: on
 """Keys that choose a picture; the value of any other may be a password."""
 
 

@@ -17,14 +17,19 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from itertools import count
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 from support.damaged_recordings import Images, chunks_in, damaged, images_in, record
 from support.recordings import SESSION
 
 from tactile_core.errors import InputError
+from tactile_core.quantities import Image
+from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recovery import recover
+from tactile_core.recordings.running_recording import RunningRecording
 
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
 
@@ -142,23 +147,6 @@ def in_a_child(words: list[object], limit_bytes: int) -> str:
     return f"exit {code}, {'a sentence' if sentence else 'more than a sentence: ' + message}"
 
 
-RECORDS = """\
-import sys, time
-from pathlib import Path
-import numpy as np
-from support.recordings import SESSION
-from tactile_core.quantities import Image
-from tactile_core.recordings.kinds import recording_writer
-from tactile_core.recordings.running_recording import RunningRecording
-recording = RunningRecording(recording_writer(Path(sys.argv[1])), SESSION)
-number = 0
-while True:
-    pixels = np.full((240, 320, 3), number % 256, np.uint8)
-    recording.add_image(Image(pixels, timestamp_s=number / 60, sequence=number), {})
-    print(number, time.monotonic(), flush=True)
-    number += 1
-    time.sleep(1 / 60)
-"""
 BUSY = "import time\nend_s = time.monotonic() + 600\nwhile time.monotonic() < end_s: pass"
 
 
@@ -182,19 +170,33 @@ def print_kills(folder: Path, rng: np.random.Generator) -> None:
 def age_of_lost(path: Path, after_s: float) -> float:
     """Record until a kill, and return the age of the oldest image that is lost; 0 if none is."""
     path.unlink(missing_ok=True)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-c", RECORDS, path]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
-        assert process.stdout is not None
-        lines = [process.stdout.readline()]
+    reading, writing = os.pipe()
+    process = os.fork()
+    if process == 0:
+        record_for_good(path, writing)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        lines = [pipe.readline()]
         time.sleep(after_s)
         killed_s = time.monotonic()
-        process.kill()
-        lines += list(process.stdout)
+        os.kill(process, signal.SIGKILL)
+        lines += list(pipe)
+    os.waitpid(process, 0)
     arrived = dict(line.split() for line in lines if line.endswith("\n"))
     found = images_in(path)
     lost_s = [float(s) for number, s in arrived.items() if int(number) not in found]
     return max(0.0, killed_s - min(lost_s, default=killed_s))
+
+
+def record_for_good(path: Path, writing: int) -> NoReturn:
+    """Record 60 images a second, and write number and time of each to a pipe."""
+    recording = RunningRecording(recording_writer(path), SESSION)
+    for number in count():
+        pixels = np.full((240, 320, 3), number % 256, np.uint8)
+        recording.add_image(Image(pixels, timestamp_s=number / 60, sequence=number), {})
+        os.write(writing, f"{number} {time.monotonic()}\n".encode())
+        time.sleep(1 / 60)
+    raise AssertionError
 
 
 if __name__ == "__main__":

@@ -82,11 +82,8 @@ def record(
         raise OSError(recording.failure)
     if not recording.images + recording.dropped:
         raise InputError(f"{out}: nothing was recorded, because it ended before the first image")
-    if recording.dropped:
-        print_message(
-            f"note: {recording.dropped} images were left out, because the disk was too slow; "
-            f"record on a faster one"
-        )
+    if left_out := recording.left_out():
+        print_message(f"note: {left_out}")
     counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
     if as_json:
         print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})

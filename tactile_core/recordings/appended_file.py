@@ -50,8 +50,8 @@ class AppendedFile:
         """Return the size, bytes."""
         return self._size
 
-    def flush(self) -> None:
-        """Check that the file still has a name; nothing is left to write.
+    def check(self) -> None:
+        """Check that the file still has a name.
 
         Raises
         ------

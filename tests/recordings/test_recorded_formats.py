@@ -204,7 +204,6 @@ def test_a_recording_that_another_program_compressed_is_read(
 def test_another_process_reads_what_is_being_written(tmp_path: Path) -> None:
     writer = recording_writer(tmp_path / "growing.mcap")
     write(writer, 4)
-    writer.flush()
     recording = open_recording(tmp_path / "growing.mcap")
     assert recording.recorded is not None
     assert len(list(recording)) == 4

@@ -153,10 +153,10 @@ class McapWriter(RecordingWriter):
             if self._file.tell() > self._repeat_at:
                 self._repeat(self._file)
 
-    def flush(self) -> None:
-        """Check that the file still has a name; nothing is left to write."""
+    def check(self) -> None:
+        """Check that the file still has a name."""
         assert self._file is not None
-        self._file.flush()
+        self._file.check()
 
     def close(self) -> None:
         """Write the index, unless writing has failed, and close the file."""
@@ -165,7 +165,7 @@ class McapWriter(RecordingWriter):
         file, self._file = self._file, None
         try:
             if not self._failed:
-                file.flush()
+                file.check()
                 self._repeat(file)
                 self._chunks.finish()
         finally:

@@ -245,6 +245,16 @@ def test_what_follows_the_end_is_no_part_of_the_recording(tmp_path: Path) -> Non
         assert len(file.entries) == 3
 
 
+def test_a_damaged_summary_makes_a_recording_unfinished(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    written(path, 3)
+    flipped(path, path.stat().st_size - 100)
+    with recording_file(path) as file:
+        assert not file.finished
+    assert sorted(images_in(path)) == [0, 1, 2]
+    assert recover(path).images == 3
+
+
 def test_chunks_without_a_checksum_are_not_read(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     written(path, 2)

@@ -205,6 +205,27 @@ def test_what_was_written_is_in_the_file_before_anything_else_happens(tmp_path: 
     writer.close()
 
 
+LOADS = """\
+import sys
+from pathlib import Path
+from support.recordings import SESSION, image
+from tactile_core.recordings.kinds import recording_writer
+from tactile_core.recordings.recorder import RecordedImage
+writer = recording_writer(Path(sys.argv[1]))
+one = image(0)
+writer.open(SESSION)
+before = set(sys.modules)
+writer.write_image(RecordedImage(one, 0))
+print(sorted(set(sys.modules) - before))
+"""
+
+
+def test_the_first_image_waits_for_no_library(tmp_path: Path) -> None:
+    with recorder(LOADS, tmp_path / "one.mcap") as process:
+        assert process.stdout is not None
+        assert process.stdout.read() == "[]\n"
+
+
 def test_what_does_not_fit_leaves_nothing_behind(tmp_path: Path) -> None:
     file = AppendedFile(tmp_path / "a")
     file.write(b"whole")

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ class McapWriter(RecordingWriter):
         """Create the file and write the session; if that fails, there is no file."""
         mcap_library("mcap.records")
         for name in (RAW_IMAGE, COMPRESSED_IMAGE):
-            schema_class(name)  # what is missing is reported now
+            _file_descriptors(name)  # what is missing is reported now, and the first image is fast
         self._session = session
         self._root = f"/tactile/{session.serial or session.sensor}"
         file = self._file = AppendedFile(self.path)
@@ -204,6 +205,7 @@ class McapWriter(RecordingWriter):
         return self._chunks.register_channel(name, encoding, self._schemas[schema])
 
 
+@cache
 def _file_descriptors(schema: str) -> bytes:
     """Return the definition of a schema with everything that it imports."""
     from google.protobuf.descriptor_pb2 import FileDescriptorSet

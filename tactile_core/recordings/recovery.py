@@ -67,7 +67,7 @@ def recover(path: Path, out: Path | None = None) -> Recovered:
     if out.suffix.lower() != _ENDING:
         raise InputError(f"--out {out} is of another kind; end it in {_ENDING}")
     with McapFile(path) as file:
-        if file.finished and not file.records.damaged_places:
+        if file.finished and not file.damaged_places:
             raise InputError(f"{path} is complete; there is nothing to recover")
         images = sum(isinstance(entry, ImageEntry) for entry in file.entries)
         if not images:

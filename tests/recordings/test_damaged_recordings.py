@@ -18,7 +18,7 @@ from support.virtual_lab import VirtualLab
 from tactile_core.errors import InputError
 from tactile_core.pipeline.conversion import convert
 from tactile_core.recordings.kinds import recording_file
-from tactile_core.recordings.mcap.records import RECORD
+from tactile_core.recordings.mcap.records import RECORD, McapRecords
 from tactile_core.recordings.mcap.writer import McapWriter
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordedImage
@@ -52,8 +52,9 @@ def test_a_flipped_bit_costs_its_own_image_at_most_and_alters_nothing(
         begun, later = file.session.reference, file.reference("0010")
         assert begun is not None
     rng = np.random.default_rng(0)
-    places = rng.integers(0, len(data), 60).tolist()
-    places += [begin + at for _, begin, _ in chunks[:2] for at in (0, 1, 8, 9, 25, 33, 37, 41, 48)]
+    places = rng.integers(0, len(data), 25).tolist()
+    # kind, length, time, size and checksum of a chunk, length of its content, and its first record
+    places += [chunks[1][1] + at for at in (0, 1, 9, 25, 33, 41, 48, 49)]
     for at in places:
         bad.write_bytes(damaged(data, at, at + 1, 1 << int(rng.integers(8))))
         found = images_in(bad)
@@ -285,6 +286,27 @@ def test_what_is_no_recording_is_refused_in_a_sentence(
     make(tmp_path / "a.mcap")
     with pytest.raises(InputError, match=r"a\.mcap"):
         open_recording(tmp_path / "a.mcap")
+
+
+def test_a_recording_that_stays_as_it_is_is_verified_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, reads = tmp_path / "a.mcap", []
+    read = McapRecords.read_at
+    monkeypatch.setattr(McapRecords, "read_at", lambda *given: reads.append(given) or read(*given))
+    record(path, images=8)
+    before_s = path.stat().st_mtime - 10
+    monkeypatch.setattr("time.time", lambda: before_s + 20)
+    counts = []
+    for _ in range(3):
+        reads.clear()
+        sent = images_in(path)
+        counts.append(len(reads))
+    assert counts[0] > 2 * counts[1] == 2 * counts[2]
+    with recording_file(path) as file:
+        assert (file.finished, file.session.sensor) == (True, "small")
+    flipped(path, middle_of_image(path, 2))
+    assert sorted(images_in(path)) == sorted(set(sent) - {2})
 
 
 def test_an_image_that_changes_after_opening_is_refused(tmp_path: Path) -> None:

@@ -50,6 +50,12 @@ _MOST_SMALL_BYTES = 1 << 20
 _COUNT = struct.Struct("<HQ")
 """A channel and the number of its messages, at the end of the statistics."""
 
+_KNOWN: dict[tuple[Any, ...], dict[str, Any]] = {}
+"""What was read of the last files: a command opens its recording several times."""
+_MOST_KNOWN = 2
+_SETTLED_S = 2.0
+"""Age of a file from which on its times change with it; file systems count in seconds at worst."""
+
 
 class McapFile(RecordingFile):
     """A recording in an MCAP file; what is damaged is left out.
@@ -68,11 +74,26 @@ class McapFile(RecordingFile):
     records : McapRecords
     topics : dict of int to (str, str)
         Schema and topic of each channel.
+    damaged_places : int
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.records = McapRecords(path)
+        key = path, *self.records.stamp
+        known = _KNOWN.pop(key, None)
+        if known is None:
+            self._read(path)
+            known = {name: value for name, value in vars(self).items() if name != "records"}
+        vars(self).update(known)
+        # the time of a file that was just changed may not tell the next change from this one
+        if self.records.age_s > _SETTLED_S:
+            _KNOWN[key] = known
+            for oldest in list(_KNOWN)[:-_MOST_KNOWN]:
+                del _KNOWN[oldest]
+
+    def _read(self, path: Path) -> None:
+        """Read everything but the images, and verify all."""
         self.topics: dict[int, tuple[str, str]] = {}
         self._attachments: dict[str, Place] = {}
         self._schemas: dict[int, str] = {}
@@ -91,6 +112,7 @@ class McapFile(RecordingFile):
         own = {name: p for name, p in self._attachments.items() if not name.startswith(REFERENCES)}
         files = {name: self.records.content(place) for name, place in own.items()}
         self.session = session_of(files, path)
+        self.damaged_places = self.records.damaged_places
         self.damage = self._damage()
 
     def close(self) -> None:

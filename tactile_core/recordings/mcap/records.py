@@ -7,8 +7,10 @@ described at https://mcap.dev/spec.
 
 from __future__ import annotations
 
+import os
 import re
 import struct
+import time
 import weakref
 import zlib
 from collections.abc import Iterator
@@ -99,6 +101,10 @@ class McapRecords:
         Whether the file ends with a sound summary.
     summary : tuple of Record
         Its records.
+    stamp : tuple of int
+        Identifies the file and its content, unless it changes within moments.
+    age_s : float
+        Time since the file changed.
     damaged_places : int
         Stretches that the latest iteration left out. The missing rest of a record at the end of an
         unfinished file is none.
@@ -108,6 +114,9 @@ class McapRecords:
         self._path = path
         self._file: IO[bytes] = regular(path).open("rb", buffering=4096)
         weakref.finalize(self, self._file.close).atexit = False
+        found = os.fstat(self._file.fileno())
+        self.stamp = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+        self.age_s = time.time() - max(found.st_mtime, found.st_ctime)
         self._end = self._file.seek(0, 2)
         self._chunk: tuple[int, bytes] = (-1, b"")
         self._sound: set[int] = set()

@@ -247,6 +247,17 @@ def test_it_is_compressed_so_that_every_program_reads_it(tmp_path: Path) -> None
         assert file["images/pixels"].compression == "gzip"
 
 
+def test_a_file_with_blosc2_is_read(tmp_path: Path) -> None:
+    hdf5plugin = pytest.importorskip("hdf5plugin", reason="it is absent; see 'make test-exports'")
+    path = written(tmp_path / "a.h5", image(0))
+    with h5py.File(path, "r+") as file:
+        pixels = file["images/pixels"][:]
+        del file["images/pixels"]
+        file.create_dataset("images/pixels", data=pixels, **hdf5plugin.Blosc2())
+    (back,) = images_of(Hdf5File(path))
+    np.testing.assert_array_equal(back.pixels, pixels[0])
+
+
 def test_a_truncated_file_is_refused_in_a_sentence(tmp_path: Path) -> None:
     path = written(tmp_path / "a.h5", *map(image, range(4)))
     whole = path.read_bytes()

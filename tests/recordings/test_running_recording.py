@@ -198,8 +198,8 @@ def test_what_was_written_is_in_the_file_before_anything_else_happens(tmp_path: 
     writer.open(SESSION)
     for number in range(3):
         writer.write_image(RecordedImage(image(number), number))
-        writer.write_event("measured", {"number": number})
         assert len(recorded(tmp_path / "one.mcap")) == number + 1
+        writer.write_event("measured", {"number": number})
         with recording_file(tmp_path / "one.mcap") as file:
             assert file.entries[-1] == EventEntry("measured", {"number": number})
     writer.close()

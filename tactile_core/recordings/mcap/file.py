@@ -86,7 +86,7 @@ class McapFile(RecordingFile):
             self._read(path)
             known = {name: value for name, value in vars(self).items() if name != "records"}
         vars(self).update(known)
-        # the time of a file that was just changed may not tell the next change from this one
+        # soon after a change, the next one may have the same time
         if self.records.age_s > _SETTLED_S:
             _KNOWN[key] = known
             for oldest in list(_KNOWN)[:-_MOST_KNOWN]:

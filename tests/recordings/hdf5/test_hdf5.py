@@ -275,13 +275,24 @@ def test_a_file_that_was_never_finished_is_refused(tmp_path: Path) -> None:
         Hdf5File(path)
 
 
-def test_a_flipped_bit_in_a_row_is_noticed(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.h5", image(0), image(1))
+def flipped(path: Path, column: str, chunk: int) -> None:
     data = bytearray(path.read_bytes())
     with h5py.File(path) as file:
-        chunk = file["images/pixels"].id.get_chunk_info(1)
-    data[chunk.byte_offset + chunk.size // 2] ^= 4
+        place = file[column].id.get_chunk_info(chunk)
+    data[place.byte_offset + place.size // 2] ^= 4
     path.write_bytes(data)
+
+
+def test_a_flipped_bit_in_a_column_is_noticed(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.h5", *map(image, range(600)))
+    flipped(path, "images/timestamp_s", 0)
+    with pytest.raises(InputError, match=r"a\.h5 is damaged"):
+        Hdf5File(path)
+
+
+def test_a_flipped_bit_in_an_image_is_noticed(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.h5", image(0), image(1))
+    flipped(path, "images/pixels", 1)
     with Hdf5File(path) as file:
         first, second = (entry for entry in file.entries if isinstance(entry, ImageEntry))
         file.image(first)

@@ -9,6 +9,8 @@ and as ``tactile recover`` writes them. *disk*: commands whose files may not exc
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import os
 import resource
 import signal
@@ -133,6 +135,8 @@ def in_a_child(words: list[object], limit_bytes: int) -> str:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
         done = tactile(*words)
         os.write(writing, f"{done.returncode} {done.stderr}".encode()[:60_000])
+        gc.collect()
+        atexit._run_exitfuncs()  # a library may fall over what a command left open
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:

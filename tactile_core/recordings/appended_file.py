@@ -39,10 +39,10 @@ class AppendedFile:
         try:
             while left:
                 left = left[os.write(self._number, left) :]
-        except OSError:
+        except OSError as error:
             with suppress(OSError):
                 os.ftruncate(self._number, self._size)
-            raise
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
         self._size += len(data)
         return len(data)
 

@@ -30,7 +30,8 @@ class PatientDisk(RawIOBase):
         self._number = os.open(path, flags, 0o666)
         self._at = self._size = 0
         self._refused: list[tuple[int, bytes]] = []
-        self._error: OSError | None = None
+        self._path = path
+        self._error: BaseException | None = None
 
     def seekable(self) -> bool:
         """Whether :meth:`seek` works: it does."""
@@ -53,6 +54,8 @@ class PatientDisk(RawIOBase):
             while self._error is None and done < len(view):
                 done += os.pwrite(self._number, view[done:], self._at + done)
         except OSError as error:
+            self._error = OSError(error.errno, error.strerror, str(self._path))
+        except BaseException as error:  # such as Ctrl-C, which must not reach HDF5 either
             self._error = error
         if done < len(view):
             self._refused.append((self._at + done, bytes(view[done:])))
@@ -67,7 +70,7 @@ class PatientDisk(RawIOBase):
         found = b""
         try:
             found = os.pread(self._number, length, begin)
-        except OSError as error:
+        except BaseException as error:
             self._error = self._error or error
         view[:] = found.ljust(length, b"\0")
         for at, data in self._refused:
@@ -83,17 +86,12 @@ class PatientDisk(RawIOBase):
         try:
             if self._error is None:
                 os.ftruncate(self._number, self._size)
-        except OSError as error:
+        except BaseException as error:
             self._error = error
         return self._size
 
     def check(self) -> None:
-        """Raise what the disk has refused.
-
-        Raises
-        ------
-        OSError
-        """
+        """Raise the first error."""
         if self._error is not None:
             raise self._error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +45,15 @@ class Hdf5Writer(RecordingWriter):
     def open(self, session: RecordedSession) -> None:
         """Create the file and write the session."""
         file = self._file = ColumnFile(self.path)
-        file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
-        for name, content in session_files(session).items():
-            file.put(SESSION + name, content)
+        try:
+            file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
+            for name, content in session_files(session).items():
+                file.put(SESSION + name, content)
+        except BaseException:
+            self._file = None
+            with suppress(OSError):
+                file.close()
+            raise
         self._images, self._readings = ImageColumns(file), ReadingColumns(file)
         self._image_count = 0
 
@@ -76,8 +83,10 @@ class Hdf5Writer(RecordingWriter):
         """Complete the file and close it."""
         if self._file is not None:
             file, self._file = self._file, None
-            file.append(FINISHED, np.array([True]))
-            file.close()
+            try:
+                file.append(FINISHED, np.array([True]))
+            finally:
+                file.close()
 
     @property
     def _opened(self) -> ColumnFile:

@@ -179,7 +179,7 @@ def test_readings_come_back_as_quantities(tmp_path: Path) -> None:
 
 _FULL = """
 import resource, sys
-from contextlib import suppress
+from contextlib import closing
 from pathlib import Path
 sys.path[:0] = [sys.argv[2]]
 from recordings.hdf5.test_hdf5 import *
@@ -188,15 +188,13 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 writer = Hdf5Writer(Path(sys.argv[1]))
 try:
     writer.open(SESSION)
-    for number in range(600):
-        writer.write_image(image(number))
-        writer.write_event("measured", {"number": number})
-        writer.write_reading(reading(height(), contact(), markers()))
-    writer.close()
+    with closing(writer):
+        for number in range(600):
+            writer.write_image(image(number))
+            writer.write_event("measured", {"number": number})
+            writer.write_reading(reading(height(), contact(), markers()))
 except OSError as error:
     print(error.strerror)
-with suppress(OSError):
-    writer.close()
 """
 
 

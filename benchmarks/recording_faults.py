@@ -13,6 +13,7 @@ import atexit
 import gc
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -43,8 +44,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     for what in given.what:
-        with tempfile.TemporaryDirectory() as folder:
-            tried[what](Path(folder), np.random.default_rng(given.seed))
+        folder = Path(tempfile.mkdtemp())
+        try:
+            tried[what](folder, np.random.default_rng(given.seed))
+        finally:
+            shutil.rmtree(folder)
 
 
 def print_damage(folder: Path, rng: np.random.Generator) -> None:

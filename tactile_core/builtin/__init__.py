@@ -101,7 +101,6 @@ def tactile_sinks() -> Mapping[str, str]:
         "tmd": "tactile_core.builtin.result_files:Heights",
         "png": "tactile_core.builtin.result_files:Pictures",
         "ply": "tactile_core.builtin.result_files:Mesh",
-        "hdf5": "tactile_core.builtin.record:Hdf5",
         "rerun": "tactile_core.builtin.rerun_log:RerunLog",
         "record": "tactile_core.builtin.record:Record",
     }

@@ -21,7 +21,7 @@ class RecordOptions(Options):
 
     path: Path | None = Field(
         default=None,
-        description="A new .mcap or .h5 file, or a new folder. Default: recording.mcap in --out.",
+        description="A new .mcap file, or a new folder. Default: recording.mcap in --out.",
     )
     readings: bool = Field(default=False, description="Whether the quantities are recorded, too.")
 
@@ -30,7 +30,6 @@ class Record(Sink):
     """What the camera sends, exactly, from the first reading to the last."""
 
     Options: ClassVar[type[BaseModel]] = RecordOptions
-    name: ClassVar[str] = NAME
 
     def __init__(self, options: RecordOptions) -> None:
         super().__init__(options)
@@ -46,7 +45,7 @@ class Record(Sink):
         if path is None:
             if session.folder is None:
                 raise InputError("this sink writes a file; name a folder for it with --out")
-            path = session.folder.path / self.name
+            path = session.folder.path / NAME
             path.parent.mkdir(parents=True, exist_ok=True)
         self._recording = session.record(path, self._settings.readings)
 
@@ -54,22 +53,14 @@ class Record(Sink):
         """Do nothing: the sensor records."""
 
     def close(self) -> None:
-        """Complete the recording."""
+        """Complete the recording.
+
+        Raises
+        ------
+        OSError
+            It ended early.
+        """
         if self._recording is not None:
             self._recording.close()
-
-
-class Hdf5Options(RecordOptions):
-    """Options of ``core.hdf5``."""
-
-    path: Path | None = Field(
-        default=None, description="A new .h5 file. Default: recording.h5 in --out."
-    )
-    readings: bool = Field(default=True, description="Whether the quantities are recorded, too.")
-
-
-class Hdf5(Record):
-    """The same as HDF5, with all quantities."""
-
-    Options: ClassVar[type[BaseModel]] = Hdf5Options
-    name: ClassVar[str] = "recording.h5"
+            if self._recording.failure is not None:
+                raise OSError(self._recording.failure)

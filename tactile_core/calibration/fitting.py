@@ -30,6 +30,7 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
+from tactile_core.recordings.session_files import own_reference
 
 
 class FittingParameters(NamedTuple):
@@ -139,9 +140,8 @@ def calibrate(
             f"{presses} holds a guided calibration without any press that was kept; record again"
         )
     helpers = workers - 1 if scored and len(frames) >= FITTING.fewest_shared else 0
-    undeformed, stand_in = undeformed_sensor(
-        base, frames, reference, target, None if session is None else session.reference
-    )
+    own = None if session is None or reference else own_reference(session, presses)
+    undeformed, stand_in = undeformed_sensor(base, frames, reference, target, own)
     calibrator = calibrator_of(base.calibration, model)
     condition = conditioning_for(base, undeformed, calibrator)
     undeformed = condition.undeformed

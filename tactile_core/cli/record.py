@@ -23,9 +23,7 @@ from tactile_core.cli.output import print_data, print_json, print_message
 
 def record(
     profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
-    out: Annotated[
-        Path, typer.Option(help="A new .mcap or .h5 file, or a new folder for single images.")
-    ],
+    out: Annotated[Path, typer.Option(help="A new .mcap file, or a new folder for single images.")],
     serial: Serial = None,
     gel: GelName = None,
     sim: Simulated = False,
@@ -71,7 +69,7 @@ def record(
         timeout_s=timeout,
         reconnect_s=reconnect_s,
     ) as sensor:
-        for note in sensor.notes if readings else ():
+        for note in sensor.notes if readings else sensor.damage:
             print_message(f"note: {note}")
         began_s = monotonic()
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
@@ -84,11 +82,8 @@ def record(
         raise OSError(recording.failure)
     if not recording.images + recording.dropped:
         raise InputError(f"{out}: nothing was recorded, because it ended before the first image")
-    if recording.dropped:
-        print_message(
-            f"note: {recording.dropped} images were left out, because the disk was too slow; "
-            f"record on a faster one"
-        )
+    if left_out := recording.left_out():
+        print_message(f"note: {left_out}")
     counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
     if as_json:
         print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})
@@ -97,17 +92,19 @@ def record(
 
 
 def recover(
-    file: Annotated[Path, typer.Argument(help="An interrupted .mcap or .h5 recording.")],
+    file: Annotated[Path, typer.Argument(help="An interrupted or damaged .mcap recording.")],
     out: Annotated[
         Path | None,
         typer.Option(help="The new file. Default: beside it, as NAME.recovered.mcap."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write every complete frame of an interrupted recording to a new file for any program."""
+    """Write every sound frame of an interrupted or damaged recording to a new file."""
     from tactile_core.recordings.recovery import recover as recovered
 
     found = recovered(file, out)
+    if found.damage:
+        print_message(f"note: {found.damage}")
     if as_json:
         print_json({"out": str(found.path), "images": found.images, "messages": found.messages})
         return

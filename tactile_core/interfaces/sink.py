@@ -30,7 +30,15 @@ class ResultFolder(Protocol):
 
 
 class OpenRecording(Protocol):
-    """A recording of the sensor that is being written."""
+    """A recording of the sensor that is being written.
+
+    Attributes
+    ----------
+    failure : str or None
+        A sentence that says why it ended early.
+    """
+
+    failure: str | None
 
     def close(self) -> None:
         """Complete it; may be called twice."""

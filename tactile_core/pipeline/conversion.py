@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,14 +22,11 @@ from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.recordings.kinds import is_recorded, recording_file, recording_writer, writes
+from tactile_core.recordings.kinds import copy_writer, is_recorded, recording_file, writes
 from tactile_core.recordings.output_folder import OutputFolder
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording_file import EventEntry, RecordingFile
 from tactile_core.recordings.session_files import profile_of
-
-_FLUSH_IMAGES = 32
-"""Images between two flushes of a copy."""
 
 
 class Converted(NamedTuple):
@@ -100,12 +97,12 @@ def convert(
     notes: tuple[str, ...] = ()
     with fresh_folder(out) as fresh:
         if writer is None and is_recorded(source) and not readings:
-            count = _copy(source, fresh / out.name, advance)
+            count, notes = _copy(source, fresh / out.name, advance)
         else:
             options = {"bundle": bundle, "reference": reference}
             known = _profile(source, profile)
             with open_sensor(known, input=source, **options) as sensor:  # type: ignore[arg-type]
-                notes = sensor.notes if readings else ()
+                notes = sensor.notes if readings else sensor.damage
                 if writer is None:
                     count = _record(sensor, fresh / out.name, readings, advance)
                 else:
@@ -150,13 +147,13 @@ def _profile(source: Path, profile: Profile | str | None) -> Profile | str:
     return profile_of(session, source)
 
 
-def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> int:
-    """Copy a recording exactly: all images, events and references."""
+def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> tuple[int, tuple[str, ...]]:
+    """Copy a recording exactly: all sound images, events and references."""
     count = 0
     with recording_file(source) as file:
-        writer = recording_writer(out)
-        try:
-            writer.open(file.session)
+        writer = copy_writer(out)
+        writer.open(file.session)
+        with closing(writer):
             for number, entry in enumerate(file.entries):
                 if isinstance(entry, EventEntry):
                     _copy_reference(file, entry, writer.write_reference)
@@ -173,12 +170,8 @@ def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> int:
                         )
                     )
                     count += 1
-                    if count % _FLUSH_IMAGES == 0:
-                        writer.flush()
                 advance((number + 1) / len(file.entries))
-        finally:
-            writer.close()
-    return count
+        return count, (file.damage,) if file.damage else ()
 
 
 def _copy_reference(
@@ -190,7 +183,7 @@ def _copy_reference(
 
 
 def _record(sensor: Sensor, out: Path, readings: bool, advance: Callable[[float], None]) -> int:
-    with sensor.record(out, readings) as recording:
+    with sensor.record_with(copy_writer(out), readings, waits=True) as recording:
         for _ in recorded(sensor, recording):
             advance(_share(sensor, recording.images))
     if recording.failure is not None:

@@ -26,6 +26,7 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
 from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recorded_source import RecordedSource
+from tactile_core.recordings.recorder import RecordingWriter
 from tactile_core.recordings.running_recording import RunningRecording
 
 _MANY_FRAMES = 250
@@ -43,6 +44,8 @@ class Sensor:
     profile : Profile
     notes : tuple of str
         For the user.
+    damage : tuple of str
+        Of the notes, that which says what of a damaged recording is left out.
     observations : int or None
         Number of observations of a recording; None if it is unknown before the end.
     """
@@ -69,7 +72,11 @@ class Sensor:
         self.observations = count
         self.profile = profile
         self._serial, self._gel, self._bundle = serial, gel, bundle
-        of_recording = None if self._recorded is None else self._recorded.session.reference
+        self.damage: tuple[str, ...] = ()
+        of_recording: Reference | None = None
+        if self._recorded is not None:
+            self.damage = self._recorded.damage
+            of_recording = self._recorded.own_reference() if reference is None else None
         self._reference = InitialReference(profile, reference, of_recording)
         # loading compiled loops takes as long as they save over this many frames
         plain = count is not None and count < _MANY_FRAMES
@@ -274,7 +281,7 @@ class Sensor:
         Parameters
         ----------
         path : path
-            A new ``.mcap`` or ``.h5`` file, or a new folder if the name has no ending.
+            A new ``.mcap`` file, or a new folder if the name has no ending.
         readings : bool
             Whether the quantities are recorded, too.
 
@@ -291,6 +298,26 @@ class Sensor:
         OSError
             The file cannot be created.
         """
+        return self.record_with(recording_writer(Path(path)), readings)
+
+    def record_with(
+        self, writer: RecordingWriter, readings: bool = False, *, waits: bool = False
+    ) -> RunningRecording:
+        """Record as :meth:`record` does, with a writer of one's own.
+
+        Parameters
+        ----------
+        writer : RecordingWriter
+        readings : bool
+        waits : bool
+            Whether the sensor waits for the disk, so that no image is left out; only if it is not
+            live.
+
+        Raises
+        ------
+        InputError, OSError
+            The file cannot be created.
+        """
         session = session_of(
             self.pipeline,
             sensor=self.name,
@@ -298,7 +325,7 @@ class Sensor:
             gel=self._gel,
             tared=self._measurement.tared,
         )
-        recording = RunningRecording(recording_writer(Path(path)), session, readings=readings)
+        recording = RunningRecording(writer, session, readings=readings, waits=waits)
         self._source.recordings.add(recording)
         return recording
 
@@ -329,7 +356,7 @@ class Sensor:
         recorded = self._recorded
         if recorded is not None and recorded.changes_reference:
             begun = recorded.session.reference or (self._bundle and self._bundle.reference)
-            if begun:
+            if begun and not self._reference.is_given:
                 self.use_reference(begun)
         self.pipeline.reset()
 

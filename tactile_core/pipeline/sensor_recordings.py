@@ -60,7 +60,7 @@ class SensorRecordings:
         self._running: tuple[RunningRecording, ...] = ()
         self._taps: dict[RunningRecording, Tap] = {}
         self._begun: set[RunningRecording] = set()
-        self._reported: set[RunningRecording] = set()
+        self._reported: set[tuple[RunningRecording, bool]] = set()
         self._health_at_s = float("-inf")
 
     def add(self, recording: RunningRecording) -> None:
@@ -119,10 +119,11 @@ class SensorRecordings:
                 recording.add_event("health", summary)
 
     def warnings(self) -> tuple[str, ...]:
-        """Return why recordings have ended early, once each."""
-        failed = [one for one in self._running if one.failure and one not in self._reported]
-        self._reported.update(failed)
-        return tuple(one.failure for one in failed if one.failure)
+        """Return why recordings have ended early or leave images out, once each."""
+        said = {(one, bool(one.failure)): one.failure or one.left_out() for one in self._running}
+        new = {kind: words for kind, words in said.items() if words and kind not in self._reported}
+        self._reported.update(new)
+        return tuple(new.values())
 
     def close(self) -> None:
         """Complete all recordings."""

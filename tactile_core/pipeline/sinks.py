@@ -155,6 +155,11 @@ def _component(profile: Profile, name: str) -> Component:
         described = (sink for sink in profile.sinks.values() if sink.use == name)
         return next(described, Component(use=name))
     known: Mapping[str, str] = find_plugin(CORE).components("sink")
+    if name == "hdf5":
+        raise InputError(
+            "HDF5 is not written while a sensor is measured; save 'record', and write HDF5 "
+            "afterwards with 'tactile convert'"
+        )
     if name not in known:
         choices: Iterable[str] = dict.fromkeys([*profile.sinks, *known])
         raise InputError(

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import suppress
 from pathlib import Path
 
 
 class AppendedFile:
-    """A new file whose every write reaches the operating system at once.
-
-    If the disk is full, it has as much as fits.
+    """A new file whose every write reaches the operating system at once, whole or not at all.
 
     Parameters
     ----------
@@ -29,16 +28,21 @@ class AppendedFile:
         self._size = 0
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
-        """Append data completely.
+        """Append data.
 
         Raises
         ------
         OSError
-            It does not fit on the disk.
+            It does not fit on the disk; nothing of it stays.
         """
         left = memoryview(data)
-        while left:
-            left = left[os.write(self._number, left) :]
+        try:
+            while left:
+                left = left[os.write(self._number, left) :]
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._number, self._size)
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
         self._size += len(data)
         return len(data)
 
@@ -46,8 +50,8 @@ class AppendedFile:
         """Return the size, bytes."""
         return self._size
 
-    def flush(self) -> None:
-        """Check that the file still has a name; nothing is left to write.
+    def check(self) -> None:
+        """Check that the file still has a name.
 
         Raises
         ------

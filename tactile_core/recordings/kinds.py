@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -15,29 +16,21 @@ if TYPE_CHECKING:
 
 
 class _Kind(NamedTuple):
-    """Writer and reader of a format, and the function of its recovery, as ``module:name``."""
+    """Writer and reader of a format, as ``module:name``."""
 
     writer: str
     file: str
-    recovery: str = ""
 
 
 _ROOM = "tactile_core.recordings"
 _FOLDER = _Kind(f"{_ROOM}.folder.writer:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
 _KINDS = MappingProxyType(
     {
-        ".mcap": _Kind(
-            f"{_ROOM}.mcap.writer:McapWriter",
-            f"{_ROOM}.mcap.file:McapFile",
-            f"{_ROOM}.mcap.recovery:copy_messages",
-        ),
-        ".h5": _Kind(
-            f"{_ROOM}.hdf5.writer:Hdf5Writer",
-            f"{_ROOM}.hdf5.file:Hdf5File",
-            f"{_ROOM}.hdf5.recovery:copy_rows",
-        ),
+        ".mcap": _Kind(f"{_ROOM}.mcap.writer:McapWriter", f"{_ROOM}.mcap.file:McapFile"),
+        ".h5": _Kind(f"{_ROOM}.hdf5.writer:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
     }
 )
+_LIVE = ".mcap"
 
 LIST = "recording.jsonl"
 """Name of the list of images and events in a folder; it makes the folder a recording."""
@@ -49,27 +42,36 @@ def is_recorded(path: Path) -> bool:
 
 
 def writes(path: Path) -> bool:
-    """Whether :func:`recording_writer` has a writer for a path: by its ending, or without one."""
+    """Whether :func:`copy_writer` has a writer for a path: by its ending, or without one."""
     return not path.suffix or path.suffix.lower() in _KINDS
 
 
 def recording_writer(path: Path) -> RecordingWriter:
-    """Return the writer for a path: MCAP, HDF5, or a folder if it has no ending.
+    """Return the writer of a live recording for a path: MCAP, or a folder if it has no ending.
 
     Raises
     ------
     InputError
-        The path exists, or its ending is that of no format.
+        The path exists, or its ending is that of no format of live recordings.
     """
-    if path.exists() or path.is_symlink():
+    if os.path.lexists(path):
         raise InputError(f"{path} already exists; name another file for the recording")
-    if path.suffix and path.suffix.lower() not in _KINDS:
+    if path.suffix.lower() in _KINDS and path.suffix.lower() != _LIVE:
         raise InputError(
-            f"{path}: a recording ends in {' or '.join(_KINDS)}, or is a folder, whose name has no "
-            f"ending"
+            f"{path}: a {path.suffix} file is not recorded, but written afterwards by 'tactile "
+            f"convert'; record {path.with_suffix(_LIVE).name} first"
+        )
+    if path.suffix and path.suffix.lower() != _LIVE:
+        raise InputError(
+            f"{path}: a recording ends in {_LIVE}, or is a folder, whose name has no ending"
         )
     if not path.parent.is_dir():
         raise InputError(f"{path.parent} is no folder; make it, or name another one")
+    return copy_writer(path)
+
+
+def copy_writer(path: Path) -> RecordingWriter:
+    """Return the writer of a copy of a recording: MCAP, HDF5, or a folder."""
     kind = _KINDS.get(path.suffix.lower(), _FOLDER)
     writer: RecordingWriter = _loaded(kind.writer)(path)
     return writer
@@ -86,30 +88,6 @@ def recording_file(path: Path) -> RecordingFile:
     kind = _KINDS.get(path.suffix.lower(), _FOLDER)
     file: RecordingFile = _loaded(kind.file)(path)
     return file
-
-
-def copy_complete(path: Path, fresh: Path) -> int:
-    """Write everything that is complete in an interrupted file to a new one.
-
-    Parameters
-    ----------
-    path, fresh : Path
-        Of one format, which is not a folder.
-
-    Returns
-    -------
-    int
-        Of MCAP: the messages. Of HDF5: images, events and readings.
-
-    Raises
-    ------
-    InputError
-        The file is no recording, or damaged.
-    OSError
-        The disk is full or not writable.
-    """
-    count: int = _loaded(_KINDS[path.suffix.lower()].recovery)(path, fresh)
-    return count
 
 
 def _loaded(name: str) -> Any:

@@ -9,11 +9,16 @@ from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.quantities import Reference
 from tactile_core.recordings.recorder import RecordedSession
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry, RecordingFile
+from tactile_core.recordings.recording_file import (
+    MEASURED,
+    REFERENCE,
+    RESUMED,
+    EventEntry,
+    ImageEntry,
+    RecordingFile,
+)
+from tactile_core.recordings.session_files import own_reference
 from tactile_core.recordings.source import Observation, ObservationSource
-
-MEASURED, REFERENCE, RESUMED = "measured", "reference", "resumed"
-"""Names of the events that change what is measured."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +87,24 @@ class RecordedSource(ObservationSource):
         return any(turn.reference is not None for turn in self.turns.values())
 
     @property
+    def damage(self) -> tuple[str, ...]:
+        """Say how much is damaged and left out; empty if nothing is."""
+        return (self._file.damage,) if self._file.damage else ()
+
+    def own_reference(self) -> Reference | None:
+        """Return the reference with which the recording begins; None if it has none.
+
+        Raises
+        ------
+        InputError
+            It is damaged.
+        """
+        return own_reference(self.session, self._file.path)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """For the user."""
-        notes = []
+        notes = list(self.damage)
         if not self._file.finished:
             notes.append(
                 f"{self._file.path.name} is unfinished, because it is still being written or was "

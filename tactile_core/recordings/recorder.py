@@ -43,6 +43,8 @@ class RecordedSession:
         Whether compiled loops measured, whose results differ by rounding.
     tared : bool
         Whether a load had been subtracted before the beginning, which the recording does not hold.
+    damaged : tuple of str
+        ``"bundle"`` and ``"reference"`` if the recording had them and they cannot be read.
     """
 
     profile: str
@@ -58,6 +60,7 @@ class RecordedSession:
     started: str = ""
     compiled: bool = False
     tared: bool = False
+    damaged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,8 @@ class RecordedImage:
 class RecordingWriter(ABC):
     """Writes one recording; all its methods are called by one thread, in order.
 
-    What was flushed must be readable if the program is killed.
+    What a method has written is readable if the program is killed, unless the format is that of a
+    copy only.
 
     Events (:meth:`write_event`) that a reader of recordings knows:
 
@@ -164,8 +168,14 @@ class RecordingWriter(ABC):
         """Write the quantities of a reading and the line of ``tactile run --json``."""
 
     @abstractmethod
-    def flush(self) -> None:
-        """Hand everything to the operating system; called at least every half second."""
+    def check(self) -> None:
+        """Check that the recording still has its name; called every half second.
+
+        Raises
+        ------
+        FileNotFoundError
+            It was deleted, so that all that follows would be lost.
+        """
 
     @abstractmethod
     def close(self) -> None:

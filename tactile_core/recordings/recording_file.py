@@ -13,6 +13,9 @@ from tactile_core.errors import InputError
 from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.recorder import RecordedSession
 
+MEASURED, REFERENCE, RESUMED = "measured", "reference", "resumed"
+"""Names of the events that change what is measured."""
+
 
 @dataclass(frozen=True)
 class ImageEntry:
@@ -47,7 +50,7 @@ class EventEntry:
 
 
 class RecordingFile(ABC):
-    """One recording of a sensor, in one format; it may still be growing, or be truncated.
+    """One recording of a sensor, in one format; it may be growing, truncated or damaged.
 
     Attributes
     ----------
@@ -57,12 +60,15 @@ class RecordingFile(ABC):
         Everything that is complete, in the order in which it was written.
     finished : bool
         Whether the recording was closed.
+    damage : str
+        Says how much is damaged and left out; empty if nothing is.
     """
 
     path: Path
     session: RecordedSession
     entries: tuple[ImageEntry | EventEntry, ...]
     finished: bool
+    damage: str = ""
 
     @abstractmethod
     def close(self) -> None:

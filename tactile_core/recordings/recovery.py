@@ -1,14 +1,28 @@
-"""Writes what is complete in an interrupted recording to a new file for other programs."""
+"""Writes what is sound in an interrupted or damaged MCAP recording to a new file with an index."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import NamedTuple
 
 from tactile_core.errors import InputError
+from tactile_core.formats.folders import rename_new
 from tactile_core.formats.unfinished import temporary_path
-from tactile_core.recordings.kinds import copy_complete, is_recorded, recording_file
-from tactile_core.recordings.recording_file import ImageEntry
+from tactile_core.recordings.kinds import is_recorded
+from tactile_core.recordings.mcap.file import McapFile, later_reference
+from tactile_core.recordings.mcap.records import (
+    ATTACHMENT,
+    DAMAGED,
+    MESSAGE,
+    MESSAGE_HEADER,
+    Record,
+)
+from tactile_core.recordings.mcap.topics import IMAGE_INFO
+from tactile_core.recordings.mcap.writer import McapWriter
+from tactile_core.recordings.recording_file import RESUMED, ImageEntry
+
+_ENDING = ".mcap"
 
 
 class Recovered(NamedTuple):
@@ -17,52 +31,89 @@ class Recovered(NamedTuple):
     Attributes
     ----------
     path : Path
-    images : int
-    messages : int
-        Of MCAP: its messages. Of HDF5: images, events and readings.
+    images, messages : int
+    damage : str
+        Says how much was damaged and left out; empty if nothing was.
     """
 
     path: Path
     images: int
     messages: int
+    damage: str
 
 
 def recover(path: Path, out: Path | None = None) -> Recovered:
-    """Write everything that is complete in an interrupted recording to a new file.
+    """Write everything that is sound in an interrupted or damaged recording to a new file.
 
     Parameters
     ----------
     path : Path
-        An ``.mcap`` or ``.h5`` file, whose end may be missing; it stays as it is.
+        An ``.mcap`` file; it stays as it is.
     out : Path, optional
-        Default: next to it, as ``NAME.recovered.mcap`` or ``.h5``.
+        Default: next to it, as ``NAME.recovered.mcap``.
 
     Raises
     ------
     InputError
-        The file is complete or without a complete image, is no such file, or ``out`` exists.
+        The file is complete or without a sound image, is no such file, or ``out`` exists.
     OSError
         The disk is full or not writable; nothing is left behind.
     """
     out = path.with_suffix(f".recovered{path.suffix}") if out is None else out
-    if out.exists() or out.is_symlink():
+    if os.path.lexists(out):
         raise InputError(f"{out} already exists; move it away or name another --out")
-    if path.is_dir():
-        raise InputError(f"{path} is a folder; every program reads the images in it as they are")
-    if not is_recorded(path):
-        raise InputError(f"{path} is no recording of tactile; give an .mcap or .h5 file")
-    if out.suffix.lower() != path.suffix.lower():
-        raise InputError(f"--out {out} is of another kind; end it in {path.suffix}")
-    with recording_file(path) as file:
-        if file.finished:
+    if path.suffix.lower() != _ENDING:
+        raise InputError(f"{path} is no {_ENDING} file; only these are recovered{_instead(path)}")
+    if out.suffix.lower() != _ENDING:
+        raise InputError(f"--out {out} is of another kind; end it in {_ENDING}")
+    with McapFile(path) as file:
+        if file.finished and not file.damaged_places:
             raise InputError(f"{path} is complete; there is nothing to recover")
         images = sum(isinstance(entry, ImageEntry) for entry in file.entries)
-    if not images:
-        raise InputError(f"{path} has no complete image; record again")
-    fresh = temporary_path(out)
+        if not images:
+            raise InputError(f"{path} has no complete image; record again")
+        fresh = temporary_path(out)
+        try:
+            messages = _copy(file, fresh)
+            rename_new(fresh, out)
+        finally:
+            fresh.unlink(missing_ok=True)
+        return Recovered(out, images, messages, file.damage)
+
+
+def _instead(path: Path) -> str:
+    if is_recorded(path):
+        return ", and every command reads the images in it as they are"
+    return "; give a recording of 'tactile record'"
+
+
+def _copy(file: McapFile, fresh: Path) -> int:
+    """Copy every sound message and reference; return the number of messages."""
+    writer = McapWriter(fresh)
+    writer.open(file.session)
     try:
-        messages = copy_complete(path, fresh)
-        fresh.rename(out)
-    finally:
-        fresh.unlink(missing_ok=True)
-    return Recovered(out, images, messages)
+        count = sum(_copied(record, file, writer) for record in file.records)
+    except BaseException:
+        writer.abandon()
+        raise
+    writer.close()
+    return count
+
+
+def _copied(record: Record, file: McapFile, writer: McapWriter) -> bool:
+    """Copy a record; return whether it is a message."""
+    if record.kind == DAMAGED:
+        writer.write_event(RESUMED, {})
+    elif record.kind == ATTACHMENT and (name := later_reference(record)) is not None:
+        writer.write_reference(name, file.reference(name))
+    if record.kind != MESSAGE:
+        return False
+    channel, number, time_ns, _ = MESSAGE_HEADER.unpack_from(record.content)
+    if channel not in file.topics:
+        return False
+    schema, topic = file.topics[channel]
+    data = bytes(record.content[MESSAGE_HEADER.size :])
+    writer.add("/".join(topic.split("/")[3:]), schema, time_ns, data, number)
+    if schema != IMAGE_INFO:  # its image follows in the same chunk
+        writer.complete_chunk()
+    return True

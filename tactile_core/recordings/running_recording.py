@@ -25,9 +25,9 @@ class RecordingParameters(NamedTuple):
         Images and readings that wait for the disk. Source: 280 uncompressed images of 640 × 480
         pixels in colour, a pause of the disk of more than a second at 200 Hz, which fits into the
         memory of a small computer.
-    flush_s : float, s
-        Longest time from an image's arrival to its being safe from the end of the program. Source:
-        a quarter of the second that may be lost.
+    check_s : float, s
+        Time between two checks that the file was not deleted. Source: half a second seems
+        immediate.
     close_s : float, s
         Longest wait for the disk when a recording is closed. Source: a full queue at 10 MB/s, the
         speed of a slow memory card.
@@ -37,7 +37,7 @@ class RecordingParameters(NamedTuple):
     """
 
     queue_bytes: int = 256_000_000
-    flush_s: float = 0.25
+    check_s: float = 0.5
     close_s: float = 30.0
     numbered: int = 1000
 
@@ -55,6 +55,8 @@ class RunningRecording:
     session : RecordedSession
     readings : bool
         Whether readings are written, too.
+    waits : bool
+        Whether images and readings wait for a slow disk, and are never left out.
 
     Raises
     ------
@@ -65,8 +67,8 @@ class RunningRecording:
     ----------
     images : int
         Images written.
-    dropped : int
-        Images left out because the disk was too slow.
+    dropped, dropped_readings : int
+        Images and readings left out because the disk was too slow.
     bytes : int
         Size of the images written, as the camera sent them.
     limit : int or None
@@ -81,12 +83,14 @@ class RunningRecording:
         session: RecordedSession,
         *,
         readings: bool = False,
+        waits: bool = False,
         parameters: RecordingParameters = RecordingParameters(),  # noqa: B008
     ) -> None:
-        self.images, self.dropped, self.bytes = 0, 0, 0
+        self.images, self.dropped, self.dropped_readings, self.bytes = 0, 0, 0, 0
         self.failure: str | None = None
         self.limit: int | None = None
         self.readings = readings
+        self._waits = waits
         self._writer, self._parameters = writer, parameters
         self._changed = Condition()
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
@@ -176,6 +180,19 @@ class RunningRecording:
         with self._changed:
             if self._fits(nbytes):
                 self._put(nbytes, lambda: self._writer.write_reading(reading))
+            elif not self._closing and self.failure is None:
+                self.dropped_readings += 1
+
+    def left_out(self) -> str:
+        """Say what was left out because the disk was too slow; empty if nothing was."""
+        counts = {"images": self.dropped, "readings": self.dropped_readings}
+        words = " and ".join(f"{count} {name}" for name, count in counts.items() if count)
+        if not words:
+            return ""
+        return (
+            f"{words} were left out of {self._writer.path}, because the disk was too slow; record "
+            f"on a faster one"
+        )
 
     def close(self) -> None:
         """Write what waits, complete the file and close it; may be called twice."""
@@ -205,6 +222,11 @@ class RunningRecording:
         return number
 
     def _fits(self, nbytes: int) -> bool:
+        if self._waits:
+            self._changed.wait_for(lambda: self.failure is not None or self._has_room(nbytes))
+        return self._has_room(nbytes)
+
+    def _has_room(self, nbytes: int) -> bool:
         return not self._waiting or self._waiting_bytes + nbytes <= self._parameters.queue_bytes
 
     def _put_image(self, recorded: RecordedImage, *, checked: bool = False) -> None:
@@ -223,7 +245,7 @@ class RunningRecording:
             return
         self._waiting.append((nbytes, write))
         self._waiting_bytes += nbytes
-        self._changed.notify()
+        self._changed.notify_all()
 
     def _run(self) -> None:
         try:
@@ -236,23 +258,22 @@ class RunningRecording:
             self._fail(error)
 
     def _write_all(self) -> None:
-        flush_at = float("inf")
+        check_at_s = time.monotonic() + self._parameters.check_s
         while True:
             with self._changed:
-                left_s = flush_at - time.monotonic()
                 if not self._waiting and not self._closing:
-                    self._changed.wait(None if left_s == float("inf") else max(0.0, left_s))
+                    self._changed.wait(max(0.0, check_at_s - time.monotonic()))
                 if not self._waiting and self._closing:
                     return
                 nbytes, write = self._waiting.popleft() if self._waiting else (0, None)
             if write is not None:
                 write()
-                flush_at = min(flush_at, time.monotonic() + self._parameters.flush_s)
                 with self._changed:
                     self._waiting_bytes -= nbytes
-            if time.monotonic() >= flush_at:
-                self._writer.flush()
-                flush_at = float("inf")
+                    self._changed.notify_all()
+            if time.monotonic() >= check_at_s:
+                self._writer.check()
+                check_at_s = time.monotonic() + self._parameters.check_s
 
     def _fail(self, error: Exception) -> None:
         """End the recording; what was written stays."""
@@ -265,6 +286,7 @@ class RunningRecording:
                 )
             self._waiting.clear()
             self._waiting_bytes = 0
+            self._changed.notify_all()
 
 
 def _bytes_of(quantity: Quantity) -> int:

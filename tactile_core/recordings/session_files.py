@@ -13,6 +13,7 @@ from typing import Any
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.references import reference_arrays, reference_of
 from tactile_core.errors import InputError
+from tactile_core.formats.address import hide_secrets
 from tactile_core.formats.npz import npz_arrays, npz_bytes
 from tactile_core.formats.yaml import mapping_of, yaml_text
 from tactile_core.profiles.model import Profile
@@ -22,8 +23,8 @@ from tactile_core.recordings.recorder import RecordedSession
 SESSION, PROFILE, REFERENCE, BUNDLE = "session.json", "profile.yaml", "reference.npz", "bundle/"
 """Names of the files of a session; those of the bundle begin with ``bundle/``."""
 
-_CREDENTIALS = re.compile(r"(?<=://)[^/@\s'\"]+@")
-"""User and password in an address, which nobody wants to pass on."""
+ESSENTIAL = SESSION, PROFILE
+"""Files without which no image can be measured."""
 
 _NAME = re.compile(r"[\w+-][\w.+-]*(?:/[\w+-][\w.+-]*)*", re.ASCII)
 """Names of files in a bundle that are safe to create."""
@@ -37,12 +38,14 @@ def session_files(session: RecordedSession) -> dict[str, bytes]:
     values = {f.name: getattr(session, f.name) for f in fields(session) if f.name not in _IN_FILES}
     values["channels"] = list(session.channels)
     values["software"] = dict(session.software)
-    files = {SESSION: json.dumps(values, indent=1).encode(), PROFILE: session.profile.encode()}
+    values["damaged"] = list(session.damaged)
+    files = {SESSION: b"", PROFILE: session.profile.encode()}
     if session.reference is not None:
         files[REFERENCE] = reference_bytes(session.reference)
     for name, content in (session.bundle or {}).items():
         files[BUNDLE + name] = content
-    return files
+    values["files"] = list(files)
+    return {**files, SESSION: json.dumps(values, indent=1).encode()}
 
 
 def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
@@ -57,10 +60,13 @@ def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
     Raises
     ------
     InputError
-        A file is missing or damaged.
+        A file is damaged, or one of :data:`ESSENTIAL` is missing.
     """
     try:
         values = json.loads(files[SESSION])
+        missing = {str(name) for name in values.get("files", ())} - set(files)
+        lost = {"reference" if name == REFERENCE else "bundle" for name in missing}
+        damaged = tuple(sorted(lost | set(map(str, values.get("damaged", ())))))
         session = RecordedSession(
             profile=files[PROFILE].decode(),
             sensor=str(values["sensor"]),
@@ -73,10 +79,11 @@ def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
             started=str(values["started"]),
             compiled=bool(values.get("compiled", False)),
             tared=bool(values.get("tared", False)),
+            damaged=damaged,
             bundle={
                 name.removeprefix(BUNDLE): content
                 for name, content in files.items()
-                if name.startswith(BUNDLE)
+                if name.startswith(BUNDLE) and "bundle" not in damaged
             }
             or None,
             reference=(reference_from(files[REFERENCE], path) if REFERENCE in files else None),
@@ -110,9 +117,22 @@ def reference_from(data: bytes, path: Path) -> Reference:
         raise InputError(f"the reference in {path} is damaged; give --reference") from error
 
 
+def own_reference(session: RecordedSession, path: Path) -> Reference | None:
+    """Return the reference in a recording; None if it has none.
+
+    Raises
+    ------
+    InputError
+        It is damaged.
+    """
+    if "reference" in session.damaged:
+        raise InputError(f"the reference in {path} is damaged; give --reference")
+    return session.reference
+
+
 def profile_text(profile: Profile) -> str:
-    """Return a profile as YAML that needs no other file, without passwords in addresses."""
-    return _CREDENTIALS.sub("", yaml_text(profile.model_dump(mode="json", by_alias=True)))
+    """Return a profile as YAML that needs no other file, without secrets in addresses."""
+    return yaml_text(hide_secrets(profile.model_dump(mode="json", by_alias=True)))
 
 
 def profile_of(session: RecordedSession, path: Path) -> Profile:
@@ -152,6 +172,8 @@ def bundle_of(session: RecordedSession, path: Path) -> Bundle | None:
     InputError, CalibrationError
         It is damaged.
     """
+    if "bundle" in session.damaged:
+        raise InputError(f"the bundle in {path} is damaged; give --bundle")
     if session.bundle is None:
         return None
     with TemporaryDirectory(prefix="tactile-") as folder:

@@ -17,7 +17,7 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.conversion import convert, session_sinks
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Reference
-from tactile_core.recordings.kinds import recording_file, recording_writer
+from tactile_core.recordings.kinds import copy_writer, recording_file
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 
@@ -46,7 +46,7 @@ def rich(path: Path, *, compressed: bool = True) -> Path:
     """Write a recording with everything that one can hold."""
     jpeg = cv2.imencode(".jpg", np.full((12, 16, 3), 90, np.uint8))[1].tobytes()
     pixels = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
-    writer = recording_writer(path)
+    writer = copy_writer(path)
     writer.open(SESSION)
     for number in range(2):
         sent = image(number, exposure_time_s=0.02, gain=1.5, sequence=number)
@@ -167,12 +167,11 @@ def test_what_exists_or_nothing_writes_is_refused(tmp_path: Path, name: str) -> 
 def test_an_unfinished_recording_becomes_a_finished_one(tmp_path: Path) -> None:
     from support.recordings import write
 
-    path = tmp_path / "a.h5"
-    writer = recording_writer(path)
+    path = tmp_path / "a.mcap"
+    writer = copy_writer(path)
     write(writer, 3)
-    writer.flush()
-    assert convert(path, tmp_path / "whole.h5").written == 3
-    with recording_file(tmp_path / "whole.h5") as file:
+    assert convert(path, tmp_path / "whole.mcap").written == 3
+    with recording_file(tmp_path / "whole.mcap") as file:
         assert file.finished
     writer.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import signal
 import threading
 import time
@@ -260,7 +261,7 @@ def test_passwords_in_addresses_are_not_recorded(tmp_path: Path, lab: VirtualLab
     path = tmp_path / "own.yaml"
     path.write_text(
         f"extends: {lab.profile_path}\n"
-        "illumination: {driver: {use: core.serial_leds, lights: [red], port: 'tcp://me:secret@h'}}\n"
+        "illumination: {driver: {use: core.serial_leds, lights: [red], port: 'tcp://me:secr@et@h?token=secret'}}\n"
     )
     with (
         open_sensor(path, input=lab.presses) as sensor,
@@ -269,7 +270,8 @@ def test_passwords_in_addresses_are_not_recorded(tmp_path: Path, lab: VirtualLab
         sensor.acquire()
     data = (tmp_path / "one.mcap").read_bytes()
     assert b"tcp://h" in data
-    assert b"secret" not in data
+    assert b"secr" not in data
+    assert b"et@" not in data
 
 
 def test_two_recordings_at_once_are_both_complete(live: Path, tmp_path: Path) -> None:
@@ -289,6 +291,32 @@ def test_closing_the_sensor_completes_its_recordings(lab: VirtualLab, tmp_path: 
     with recording_file(tmp_path / "one.mcap") as file:
         assert file.finished
         assert next(e.name for e in file.entries if isinstance(e, EventEntry)) == "measured"
+
+
+def test_hdf5_is_written_afterwards(lab: VirtualLab, tmp_path: Path) -> None:
+    given = (lab.profile_path, "--input", lab.presses)
+    assert "'tactile convert'" in refused("record", *given, "--out", tmp_path / "a.h5")
+    saved = ("--reference", lab.reference, "--out", tmp_path / "out", "--save", "hdf5")
+    assert "'tactile convert'" in refused("run", *given, *saved)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_whose_recording_ends_early_fails_in_a_sentence(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    was = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, was[1]))
+    try:
+        done = tactile(
+            *("run", lab.profile_path, "--input", lab.presses, "--reference", lab.reference),
+            *("--out", tmp_path / "out", "--save", "record"),
+        )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, was)
+    assert done.returncode == 1
+    (sentence,) = (line for line in done.stderr.splitlines() if not line.startswith("note"))
+    assert "recording.mcap" in sentence
+    assert "File too large" in sentence
 
 
 def test_a_sink_that_records_needs_a_sensor(lab: VirtualLab) -> None:

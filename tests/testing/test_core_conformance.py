@@ -88,7 +88,6 @@ class TestCore(PluginConformance):
         "opening[camera core.dslr]": "there is no such camera; see test_dslr_camera.py",
         "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
         "readings[sink core.record]": "there is no sensor; see pipeline/test_record.py",
-        "readings[sink core.hdf5]": "there is no sensor to record; see test_record.py",
         "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }
 

@@ -6,10 +6,17 @@ import base64
 import socket
 import time
 from contextlib import suppress
-from http.client import HTTPConnection, HTTPException, HTTPResponse, HTTPSConnection
+from http.client import (
+    HTTPConnection,
+    HTTPException,
+    HTTPResponse,
+    HTTPSConnection,
+    InvalidURL,
+)
 from urllib.parse import SplitResult, unquote
 
 from tactile_core.errors import CameraLost, DeviceError
+from tactile_core.formats.address import without_secrets
 from tactile_core.formats.mjpeg import MjpegParser, Part
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
 from tactile_core.interfaces.streaming.image_reader import ImageSource
@@ -96,12 +103,6 @@ class HttpSource(ImageSource):
         return data
 
 
-def without_password(address: str) -> str:
-    """Return an address without the user's name and password."""
-    before, at, after = address.rpartition("@")
-    return f"{before.partition('//')[0]}//{after}" if at else address
-
-
 def _requested(
     connection: HTTPConnection, url: SplitResult, name: str, timeout_s: float
 ) -> tuple[socket.socket, HTTPResponse]:
@@ -128,8 +129,11 @@ def _requested(
         ) from None
     except socket.gaierror:
         raise DeviceError(
-            f"{name}: no host of the name {url.hostname} is known; correct 'camera.url' or give "
-            f"its number"
+            f"the host of {name} is not known; correct 'camera.url' or give its number"
+        ) from None
+    except InvalidURL:  # its message has all of the address
+        raise DeviceError(
+            f"{name} has a space or another character that no address has; write it as %20"
         ) from None
     except (OSError, HTTPException, ValueError) as error:
         raise DeviceError(
@@ -152,9 +156,9 @@ def _boundary(response: HTTPResponse, url: SplitResult, name: str) -> str:
             f"{url.hostname}… as 'camera.url'"
         )
     if response.status == 404:
-        raise DeviceError(f"there is no {url.path or '/'} at {name}; correct 'camera.url'")
+        raise DeviceError(f"there is nothing at {name}; correct 'camera.url'")
     if 300 <= response.status < 400:
-        place = without_password(response.headers.get("Location", "elsewhere"))
+        place = without_secrets(response.headers.get("Location", "elsewhere"))
         raise DeviceError(f"{name} has moved to {place}; write that as 'camera.url'")
     if response.status != 200:
         raise DeviceError(

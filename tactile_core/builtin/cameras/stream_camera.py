@@ -9,8 +9,9 @@ from urllib.parse import SplitResult, urlsplit
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core.builtin.cameras.http_stream import HttpSource, without_password
+from tactile_core.builtin.cameras.http_stream import HttpSource
 from tactile_core.errors import CameraLost, DeviceError, InputError
+from tactile_core.formats.address import without_secrets
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.encoded_image import wall_time_at
 from tactile_core.interfaces.streaming.image_reader import ImageSource
@@ -47,8 +48,8 @@ class StreamCamera(StreamingCamera):
 
     @property
     def device_id(self) -> str:
-        """The address, without user and password."""
-        return without_password(self._settings.url) if self._settings.url else ""
+        """The address, without its secrets."""
+        return without_secrets(self._settings.url) if self._settings.url else ""
 
     def _connect(self) -> ImageSource:
         url = _checked(self._settings.url)
@@ -123,7 +124,7 @@ def _checked(address: str | None) -> SplitResult:
         usable = False
     if not usable:
         raise InputError(
-            f"{without_password(address)!r} is no address of a stream; write "
+            f"{without_secrets(address)!r} is no address of a stream; write "
             f"http://host:port/path or rtsp://host/path as 'camera.url'"
         )
     return url

@@ -62,9 +62,8 @@ class FolderWriter(RecordingWriter):
         name = f"{recorded.number:06d}.{ending}"
         if self._sequential:
             folder = f"{recorded.observation or 0:06d}"
-            (self.path / folder).mkdir(exist_ok=True)
             name = f"{folder}/{recorded.exposure_index:02d}.{ending}"
-        (self.path / name).write_bytes(content)
+        self._write(name, content)
         self._add({"image": recorded.described(), "file": name})
 
     def write_event(self, name: str, values: Mapping[str, Any]) -> None:
@@ -73,7 +72,7 @@ class FolderWriter(RecordingWriter):
 
     def write_reference(self, name: str, reference: Reference) -> None:
         """Write a reference to a file of its own."""
-        (self.path / REFERENCES_FOLDER / f"{name}.npz").write_bytes(reference_bytes(reference))
+        self._write(f"{REFERENCES_FOLDER}/{name}.npz", reference_bytes(reference))
 
     def write_reading(self, reading: Reading) -> None:
         """Write the line of ``tactile run --json``; a folder holds no maps."""
@@ -81,20 +80,33 @@ class FolderWriter(RecordingWriter):
             self._readings = AppendedFile(self.path / READINGS)
         self._readings.write(_line(reading.summary()))
 
-    def flush(self) -> None:
-        """Check that the folder is still there; nothing is left to write."""
+    def check(self) -> None:
+        """Check that the folder is still there."""
         assert self._list is not None
-        self._list.flush()
+        self._list.check()
 
     def close(self) -> None:
         """Note that the list is complete, and close it."""
         if self._list is not None:
-            if not self._failed:
-                self._add({"event": FINISHED, "values": {}})
-            self._list.close()
-            self._list = None
+            try:
+                if not self._failed:
+                    self._list.check()
+                    self._add({"event": FINISHED, "values": {}})
+            finally:
+                self._list.close()
+                self._list = None
         if self._readings is not None:
             self._readings.close()
+
+    def _write(self, name: str, content: bytes) -> None:
+        """Write a file, and count what follows an error as not recorded."""
+        try:
+            if "/" in name:
+                (self.path / name).parent.mkdir(exist_ok=True)
+            (self.path / name).write_bytes(content)
+        except BaseException:
+            self._failed = True
+            raise
 
     def _add(self, entry: Mapping[str, Any]) -> None:
         assert self._list is not None

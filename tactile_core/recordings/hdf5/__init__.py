@@ -1,1 +1,1 @@
-"""Recordings and readings in one HDF5 file, which can be read while it is written."""
+"""Recordings and readings in one HDF5 file, which is written from finished recordings."""

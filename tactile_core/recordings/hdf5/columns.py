@@ -13,7 +13,7 @@ from tactile_core.formats.saved_quantities import DESCRIPTION, arrays_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image
 from tactile_core.quantities.quantity import Guard, unguarded
-from tactile_core.recordings.hdf5.growing_file import GrowingFile
+from tactile_core.recordings.hdf5.column_file import ColumnFile
 from tactile_core.recordings.recorder import RecordedImage
 
 IMAGES, READINGS, ROWS = "images/", "readings/", "reading_of/"
@@ -66,7 +66,7 @@ NUMBERS = (
 class ImageColumns:
     """Writes images: bytes as the camera sent them, or pixels."""
 
-    def __init__(self, file: GrowingFile) -> None:
+    def __init__(self, file: ColumnFile) -> None:
         self._file = file
         self._count = 0
         self._lights: dict[str, None] = {}
@@ -120,7 +120,7 @@ class ReadingColumns:
     markers, or without a fixed length, adds as many rows.
     """
 
-    def __init__(self, file: GrowingFile, guard: Guard = unguarded) -> None:
+    def __init__(self, file: ColumnFile, guard: Guard = unguarded) -> None:
         self._file = file
         self._guard = guard
         self._count = 0

@@ -1,4 +1,4 @@
-"""Reads a recording in HDF5, also one that is still growing or was interrupted."""
+"""Reads a finished recording in HDF5."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
+from tactile_core.formats.files import regular
 from tactile_core.formats.images import decode_image
 from tactile_core.formats.saved_quantities import DESCRIPTION
 from tactile_core.quantities import Image, Reference
+from tactile_core.recordings.hdf5.column_file import END, import_h5py
 from tactile_core.recordings.hdf5.columns import IMAGES, JSON, LEVELS, NONE, NUMBERS, READINGS, ROWS
-from tactile_core.recordings.hdf5.growing_file import END, open_growing
-from tactile_core.recordings.hdf5.readable_columns import INCOMPLETE, ReadableColumns
 from tactile_core.recordings.hdf5.writer import (
     BEFORE,
     EVENTS,
     FINISHED,
     FORMAT,
-    READINGS_THERE,
     REFERENCES,
     SESSION,
     VERSION,
@@ -39,6 +38,9 @@ from tactile_core.recordings.session_files import reference_from, session_of
 if TYPE_CHECKING:
     import h5py
 
+_UNREADABLE = (OSError, RuntimeError, ValueError, LookupError)
+"""What h5py raises where a file is damaged."""
+
 _INTEGERS = frozenset(column.name for column in NUMBERS if column.dtype == "i8")
 
 
@@ -51,7 +53,7 @@ class _Place(NamedTuple):
 
 
 class Hdf5File(RecordingFile):
-    """One recording in HDF5.
+    """One finished recording in HDF5.
 
     Parameters
     ----------
@@ -60,28 +62,30 @@ class Hdf5File(RecordingFile):
     Raises
     ------
     InputError
-        It is no such recording, of a newer version, or ``h5py`` is not installed.
+        It is no such recording, unfinished, of a newer version, or ``h5py`` is not installed.
 
     Attributes
     ----------
-    columns : ReadableColumns
-    format : dict of str to object
-        Attributes of the file: format, version and sensor.
+    readings : int
     """
+
+    finished = True
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._file: h5py.File = open_growing(path)
+        self._file: h5py.File = _opened(path)
+        self._known_rows: dict[str, NDArray[np.int64]] = {}
         try:
-            self.format = _checked_format(self._file, path)
-            self.columns = ReadableColumns(self._file)
+            _check_format(self._file, path)
             self.session: RecordedSession = session_of(self._files(SESSION), path)
             self.entries = tuple(self._in_order())
+            self.readings = len(self._read(JSON[0] + END))
+        except _UNREADABLE as error:
+            self._file.close()
+            raise InputError(f"{path} is damaged ({error}); copy or convert it again") from error
         except BaseException:
             self._file.close()
             raise
-        self.finished = self.columns.complete and self.columns.rows(FINISHED) > 0
-        self._known_rows: dict[str, NDArray[np.int64]] = {}
 
     def image(self, entry: ImageEntry) -> Image:
         """Read an image."""
@@ -90,12 +94,12 @@ class Hdf5File(RecordingFile):
         encoded: bytes | None = None
         try:
             if place.compressed:
-                encoded = self.columns.read(IMAGES + "bytes", place.begin, place.end).tobytes()
+                encoded = self._read(IMAGES + "bytes", place.begin, place.end).tobytes()
                 pixels = decode_image(encoded, name)
             else:
-                (pixels,) = self.columns.read(IMAGES + "pixels", place.begin, place.end)
-        except (OSError, ValueError) as error:
-            raise InputError(f"{name} is damaged ({error}); copy the recording again") from error
+                (pixels,) = self._read(IMAGES + "pixels", place.begin, place.end)
+        except _UNREADABLE as error:
+            raise InputError(f"{name} is damaged ({error}); copy or convert it again") from error
         return recorded_image(pixels, entry, encoded)
 
     def close(self) -> None:
@@ -104,36 +108,13 @@ class Hdf5File(RecordingFile):
 
     def reference(self, name: str) -> Reference:
         """Read the reference of this name."""
-        if REFERENCES + name not in self.columns:
+        if REFERENCES + name not in self._file:
             raise InputError(f"{self.path} has no reference {name!r}; give --reference")
-        return reference_from(self.columns.read(REFERENCES + name).tobytes(), self.path)
-
-    @property
-    def readings(self) -> int:
-        """Number of complete readings."""
-        there = min(map(self._complete, JSON))
-        if self.finished:
-            return there
-        if rows := self.columns.rows(READINGS_THERE):
-            there = min(there, int(self.columns.read(READINGS_THERE, rows - 1, rows)[0]))
-        return there if self.columns.complete else self._with_all_arrays(there)
-
-    def _with_all_arrays(self, there: int) -> int:
-        """Return how many readings from the first have lost no array and no row of one."""
-        columns, names = self.columns, set[str]()
-        for name in columns.inside(READINGS):
-            if READINGS + name not in columns or ROWS + name not in columns:
-                continue
-            names.add(name)
-            if columns.lacks(READINGS + name) or columns.lacks(ROWS + name):
-                rows = min(columns.rows(READINGS + name), columns.rows(ROWS + name))
-                # of the reading of the last row, further rows may be missing
-                there = min(there, int(self._rows_of(name)[rows - 1]) if rows else 0)
-        return next((n for n in range(there) if not self._wanted(n) <= names), there)
+        return reference_from(self._read(REFERENCES + name).tobytes(), self.path)
 
     def reading_line(self, number: int) -> dict[str, Any]:
         """Return the line of ``tactile run --json`` of a reading."""
-        line: dict[str, Any] = json.loads(self._bytes("readings_json", number))
+        line: dict[str, Any] = json.loads(self._bytes(JSON[0], number))
         return line
 
     def reading_arrays(self, number: int) -> dict[str, NDArray[Any]]:
@@ -141,25 +122,17 @@ class Hdf5File(RecordingFile):
 
         :func:`tactile_core.formats.saved_quantities.quantities_in` makes quantities of them.
         """
-        names = {"valid", "mm_per_px"} | self._wanted(number)
+        described = self._bytes(JSON[1], number)
+        wanted = (entry["arrays"].values() for entry in json.loads(described).values())
+        names = {"valid", "mm_per_px"}.union(*wanted)
         found = {name: a for name in names if (a := self._array(name, number)) is not None}
-        found[DESCRIPTION] = np.frombuffer(self._bytes("quantities_json", number), np.uint8)
+        found[DESCRIPTION] = np.frombuffer(described, np.uint8)
         return found
-
-    def _wanted(self, number: int) -> set[str]:
-        """Return the names of the arrays that make the quantities of a reading."""
-        entries = json.loads(self._bytes("quantities_json", number)).values()
-        return set[str]().union(*(entry["arrays"].values() for entry in entries))
 
     def _in_order(self) -> Iterator[ImageEntry | EventEntry]:
         images = list(self._images())
         passed = 0
-        events = min(self._complete(EVENTS), self.columns.rows(BEFORE))
-        before_image = self.columns.read(BEFORE) if events else ()
-        for number in range(events):
-            before = int(before_image[number])
-            if before > len(images):
-                break
+        for number, before in enumerate(self._read(BEFORE).tolist()):
             yield from images[passed:before]
             passed = before
             event = json.loads(self._bytes(EVENTS, number))
@@ -167,64 +140,49 @@ class Hdf5File(RecordingFile):
         yield from images[passed:]
 
     def _images(self) -> Iterator[ImageEntry]:
-        columns = self.columns
-        names = [IMAGES + "compressed", *(IMAGES + column.name for column in NUMBERS)]
-        rows = min(map(columns.rows, names))
-        if not rows:
-            return
-        compressed = columns.read(names[0])
-        numbers = {column.name: columns.read(IMAGES + column.name) for column in NUMBERS}
-        levels = {name: columns.read(LEVELS + name) for name in columns.inside(LEVELS)}
-        rows = min([rows, *map(len, levels.values())])
-        available = columns.rows(IMAGES + "bytes")
-        ends = columns.read(IMAGES + "bytes" + END) if available else np.zeros(0, np.int64)
-        pixels = columns.rows(IMAGES + "pixels")
+        numbers = {column.name: self._read(IMAGES + column.name) for column in NUMBERS}
+        levels = {name: self._read(LEVELS + name) for name in self._file.get(LEVELS, ())}
+        ends = self._read(IMAGES + "bytes" + END).tolist()
         of_bytes = of_pixels = 0
-        for row in range(rows):
-            if compressed[row]:
-                if of_bytes >= len(ends) or ends[of_bytes] > available:
-                    return
-                begin = int(ends[of_bytes - 1]) if of_bytes else 0
-                place = _Place(True, begin, int(ends[of_bytes]))
+        for row, compressed in enumerate(self._read(IMAGES + "compressed").tolist()):
+            if compressed:
+                place = _Place(True, ends[of_bytes - 1] if of_bytes else 0, ends[of_bytes])
                 of_bytes += 1
             else:
-                if of_pixels >= pixels:
-                    return
                 place = _Place(False, of_pixels, of_pixels + 1)
                 of_pixels += 1
             yield ImageEntry(_described(row, numbers, levels), place)
 
     def _files(self, group: str) -> dict[str, bytes]:
         """Return the content of the files in a group, by name."""
-        try:
-            return {
-                name: self.columns.read(group + name).tobytes()
-                for name in self.columns.inside(group)
-            }
-        except OSError as error:
-            raise InputError(
-                f"{self.path} ends before its first image; copy or record it again"
-            ) from error
+        found: dict[str, bytes] = {}
 
-    def _complete(self, name: str) -> int:
-        """Return the number of complete rows of a column of bytes."""
-        ends = self.columns.read(name + END) if self.columns.rows(name) else np.zeros(0, np.int64)
-        return int(np.searchsorted(ends, self.columns.rows(name), side="right"))
+        def take(name: str, item: Any) -> None:
+            if hasattr(item, "shape"):
+                found[name] = item[:].tobytes()
+
+        self._file[group].visititems(take)
+        return found
+
+    def _read(self, name: str, begin: int = 0, end: int | None = None) -> NDArray[Any]:
+        """Read rows of a column; one that was never written has none."""
+        if name not in self._file:
+            return np.zeros(0, np.int64)
+        values: NDArray[Any] = self._file[name][begin:end]
+        return values
 
     def _bytes(self, name: str, row: int) -> bytes:
-        first = max(row - 1, 0)
-        *before, end = self.columns.read(name + END, first, row + 1)
-        begin = int(before[0]) if before else 0
-        return self.columns.read(name, begin, int(end)).tobytes()
+        *before, end = self._read(name + END, max(row - 1, 0), row + 1).tolist()
+        return self._read(name, before[0] if before else 0, end).tobytes()
 
     def _array(self, name: str, number: int) -> NDArray[Any] | None:
         """Return an array of a reading; None if it has none of this name."""
         column, next_kind = name, 1
         empty: NDArray[Any] | None = None
-        while ROWS + column in self.columns:
+        while ROWS + column in self._file:
             begin, end = np.searchsorted(self._rows_of(column), [number, number + 1])
-            many = self.columns.attributes(READINGS + column).get("rows") == "many"
-            values = _restored(self.columns.read(READINGS + column, int(begin), int(end)))
+            many = self._file[READINGS + column].attrs.get("rows") == "many"
+            values = _restored(self._read(READINGS + column, int(begin), int(end)))
             if end > begin:
                 return values if many else np.asarray(values[0])
             if many and empty is None:
@@ -236,25 +194,31 @@ class Hdf5File(RecordingFile):
     def _rows_of(self, column: str) -> NDArray[np.int64]:
         """Return the number of the reading of each row of a column."""
         if column not in self._known_rows:
-            self._known_rows[column] = self.columns.read(ROWS + column)
+            self._known_rows[column] = self._read(ROWS + column)
         return self._known_rows[column]
 
 
-def _checked_format(file: h5py.File, path: Path) -> dict[str, Any]:
-    """Return the attributes of a file that is a recording."""
+def _opened(path: Path) -> h5py.File:
+    h5py = import_h5py()
     try:
-        attributes = dict(file.attrs)
-    except (OSError, EOFError, KeyError, RuntimeError):
-        attributes = {}
-    if not attributes and file.driver == INCOMPLETE:
-        raise InputError(f"{path} ends before its first image; copy or record it again")
+        return h5py.File(regular(path), "r", locking=False)
+    except OSError as error:
+        raise InputError(
+            f"{path} is not a readable HDF5 file ({error}); copy or convert it again"
+        ) from None
+
+
+def _check_format(file: h5py.File, path: Path) -> None:
+    """Refuse a file that is no finished recording."""
+    attributes = dict(file.attrs)
     if attributes.get("format") != FORMAT:
         raise InputError(
             f"{path} is an HDF5 file, but no recording that tactile wrote; give a recording"
         )
     if attributes["version"] != VERSION:
         raise InputError(f"{path} was written by a newer tactile-core; update it to read this")
-    return attributes
+    if FINISHED not in file or not len(file[FINISHED]):
+        raise InputError(f"{path} was never finished; convert its recording again")
 
 
 def _described(

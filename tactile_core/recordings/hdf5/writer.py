@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,8 @@ import numpy as np
 
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Reference
-from tactile_core.recordings.hdf5.columns import (
-    IMAGES,
-    JSON,
-    READINGS,
-    ROWS,
-    ImageColumns,
-    ReadingColumns,
-)
-from tactile_core.recordings.hdf5.growing_file import END, GrowingFile
+from tactile_core.recordings.hdf5.column_file import ColumnFile
+from tactile_core.recordings.hdf5.columns import ImageColumns, ReadingColumns
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import reference_bytes, session_files
 
@@ -33,12 +27,10 @@ EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
 """Columns: each event as JSON, the number of images before it, and a row at the very end."""
 
 
-READINGS_THERE = "readings_there"
-"""Column: how many readings all other columns hold, each time that the file was flushed."""
-
-
 class Hdf5Writer(RecordingWriter):
     """Writes ``.h5``: a column for everything, with units and axes as attributes.
+
+    What is not closed cannot be read.
 
     Parameters
     ----------
@@ -48,18 +40,22 @@ class Hdf5Writer(RecordingWriter):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._file: GrowingFile | None = None
+        self._file: ColumnFile | None = None
 
     def open(self, session: RecordedSession) -> None:
         """Create the file and write the session."""
-        file = self._file = GrowingFile(self.path)
-        file.reserve([SESSION, REFERENCES, IMAGES, READINGS, ROWS], _columns())
-        file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
-        for name, content in session_files(session).items():
-            file.put(SESSION + name, content)
+        file = self._file = ColumnFile(self.path)
+        try:
+            file.describe({"format": FORMAT, "version": VERSION, "sensor": session.sensor})
+            for name, content in session_files(session).items():
+                file.put(SESSION + name, content)
+        except BaseException:
+            self._file = None
+            with suppress(OSError):
+                file.close()
+            raise
         self._images, self._readings = ImageColumns(file), ReadingColumns(file)
-        self._image_count = self._reading_count = self._readings_there = 0
-        file.flush()
+        self._image_count = 0
 
     def write_image(self, recorded: RecordedImage) -> None:
         """Write an image, losslessly; one that came compressed as the same bytes."""
@@ -79,33 +75,20 @@ class Hdf5Writer(RecordingWriter):
     def write_reading(self, reading: Reading) -> None:
         """Write the quantities of a reading and the line of ``tactile run --json``."""
         self._readings.write(reading)
-        self._reading_count += 1
 
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._opened.flush()
-        if self._reading_count > self._readings_there:
-            # columns are written one by one, so that a kill leaves some shorter than others
-            self._readings_there = self._reading_count
-            self._opened.append(READINGS_THERE, np.array([self._readings_there], np.int64))
-            self._opened.flush()
+    def check(self) -> None:
+        """Do nothing: a copy is written where nobody looks."""
 
     def close(self) -> None:
         """Complete the file and close it."""
         if self._file is not None:
             file, self._file = self._file, None
-            file.append(FINISHED, np.array([True]))
-            file.close()
+            try:
+                file.append(FINISHED, np.array([True]))
+            finally:
+                file.close()
 
     @property
-    def _opened(self) -> GrowingFile:
-        if self._file is None:
-            raise OSError(f"{self.path} is not open")
+    def _opened(self) -> ColumnFile:
+        assert self._file is not None
         return self._file
-
-
-def _columns() -> dict[str, str]:
-    """Return the type of each column outside groups."""
-    of_bytes = dict.fromkeys((EVENTS, *JSON), "u1")
-    ends = {name + END: "i8" for name in of_bytes}
-    return {**of_bytes, **ends, BEFORE: "i8", READINGS_THERE: "i8", FINISHED: "?"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,11 @@ from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.mcap.records import (
     ATTACHMENT,
     CHANNEL,
-    FOOTER,
+    DAMAGED,
     MESSAGE,
     MESSAGE_HEADER,
     SCHEMA,
+    STATISTICS,
     McapRecords,
     Place,
     Record,
@@ -34,6 +36,8 @@ from tactile_core.recordings.mcap.topics import (
     schema_class,
 )
 from tactile_core.recordings.recording_file import (
+    REFERENCE,
+    RESUMED,
     EventEntry,
     ImageEntry,
     RecordingFile,
@@ -43,10 +47,18 @@ from tactile_core.recordings.session_files import reference_from, session_of
 
 _MOST_SMALL_BYTES = 1 << 20
 """Largest event, bytes."""
+_COUNT = struct.Struct("<HQ")
+"""A channel and the number of its messages, at the end of the statistics."""
+
+_KNOWN: dict[tuple[Any, ...], dict[str, Any]] = {}
+"""What was read of the last files: a command opens its recording several times."""
+_MOST_KNOWN = 2
+_SETTLED_S = 2.0
+"""Age of a file from which on its times change with it; file systems count in seconds at worst."""
 
 
 class McapFile(RecordingFile):
-    """A recording in an MCAP file.
+    """A recording in an MCAP file; what is damaged is left out.
 
     Parameters
     ----------
@@ -56,33 +68,61 @@ class McapFile(RecordingFile):
     ------
     InputError
         It is not an MCAP file, or no sensor recorded it.
+
+    Attributes
+    ----------
+    records : McapRecords
+    topics : dict of int to (str, str)
+        Schema and topic of each channel.
+    damaged_places : int
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._records = McapRecords(path)
+        self.records = McapRecords(path)
+        key = path, *self.records.stamp
+        known = _KNOWN.pop(key, None)
+        if known is None:
+            self._read(path)
+            known = {name: value for name, value in vars(self).items() if name != "records"}
+        vars(self).update(known)
+        # soon after a change, the next one may have the same time
+        if self.records.age_s > _SETTLED_S:
+            _KNOWN[key] = known
+            for oldest in list(_KNOWN)[:-_MOST_KNOWN]:
+                del _KNOWN[oldest]
+
+    def _read(self, path: Path) -> None:
+        """Read everything but the images, and verify all."""
+        self.topics: dict[int, tuple[str, str]] = {}
         self._attachments: dict[str, Place] = {}
-        self._topics: dict[int, tuple[str, str]] = {}
         self._schemas: dict[int, str] = {}
-        self.finished = False
+        self._counts: dict[int, int] = {}
+        self.finished = self.records.finished
         try:
+            for record in self.records.summary:
+                self._note(record)
             self.entries = tuple(self._found())
-        except (ValueError, LookupError, RecursionError) as error:
+        except (ValueError, LookupError, RecursionError, struct.error) as error:
             raise InputError(
-                f"{path} is damaged in the middle; copy it again, or use another copy"
+                f"{path} has a sound chunk that is no recording of tactile; use another copy"
             ) from error
+        if not self._attachments and not self.entries:
+            raise InputError(f"{path} is no MCAP file, or is damaged throughout; check the path")
         own = {name: p for name, p in self._attachments.items() if not name.startswith(REFERENCES)}
-        files = {name: self._records.content(place) for name, place in own.items()}
+        files = {name: self.records.content(place) for name, place in own.items()}
         self.session = session_of(files, path)
+        self.damaged_places = self.records.damaged_places
+        self.damage = self._damage()
 
     def close(self) -> None:
         """Close the file."""
-        self._records.close()
+        self.records.close()
 
     def image(self, entry: ImageEntry) -> Image:
         """Read an image."""
         place, schema = entry.place
-        content = self._records.content(place)[MESSAGE_HEADER.size :]
+        content = self.records.content(place)[MESSAGE_HEADER.size :]
         name = f"image {entry.described.get('number')} of {self.path}"
         encoded: bytes | None = None
         try:
@@ -103,51 +143,92 @@ class McapFile(RecordingFile):
         place = self._attachments.get(f"{REFERENCES}{name}.npz")
         if place is None:
             raise InputError(f"the reference {name} in {self.path} is missing; give --reference")
-        return reference_from(self._records.content(place), self.path)
+        return reference_from(self.records.content(place), self.path)
 
     def _found(self) -> Iterator[ImageEntry | EventEntry]:
         infos: dict[int, Mapping[str, Any]] = {}
-        for record in self._records:
-            if record.kind == MESSAGE:
-                header = self._records.start_of(record.place, MESSAGE_HEADER.size)
-                channel, number, _, _ = MESSAGE_HEADER.unpack(header)
-                schema, topic = self._topics[channel]
+        for record in self.records:
+            if record.kind == DAMAGED:
+                yield EventEntry(RESUMED, {})
+            elif record.kind == MESSAGE:
+                channel, number, _, _ = MESSAGE_HEADER.unpack_from(record.content)
+                schema, topic = self.topics.get(channel, ("", ""))
                 if schema == IMAGE_INFO:
-                    infos[number] = self._json(record)
-                elif schema in (RAW_IMAGE, COMPRESSED_IMAGE) and number in infos:
-                    if "/camera" in topic:
-                        yield ImageEntry(infos.pop(number), (record.place, schema))
+                    infos[number] = _json(record)
+                elif _is_image(schema, topic) and number in infos:
+                    yield ImageEntry(infos.pop(number), (record.place, schema))
                 elif schema == EVENT:
-                    yield EventEntry(topic.rpartition("/")[2], self._json(record))
+                    event = EventEntry(topic.rpartition("/")[2], _json(record))
+                    named = f"{REFERENCES}{event.values.get('name')}.npz"
+                    # a reference that is there counts from its own place, not from its event
+                    if event.name != REFERENCE or named not in self._attachments:
+                        yield event
+            elif record.kind == ATTACHMENT:
+                self._attach(record)
+                if (name := later_reference(record)) is not None:
+                    yield EventEntry(REFERENCE, {"name": name})
             else:
                 self._note(record)
 
-    def _note(self, record: Record) -> None:
-        kind, place = record
-        if kind == FOOTER:
-            self.finished = True
-        elif kind == SCHEMA:
-            content = self._records.start_of(place, _MOST_SMALL_BYTES)
-            self._schemas[int.from_bytes(content[:2], "little")] = text_at(content, 2)[0]
-        elif kind == CHANNEL:
-            content = self._records.start_of(place, _MOST_SMALL_BYTES)
-            number, schema = int.from_bytes(content[:2], "little"), content[2:4]
-            name = self._schemas.get(int.from_bytes(schema, "little"), "")
-            self._topics[number] = name, text_at(content, 4)[0]
-        elif kind == ATTACHMENT:
-            content = self._records.start_of(place, _MOST_SMALL_BYTES)
-            name, at = text_at(content, 16)
-            _, at = text_at(content, at)
-            length = int.from_bytes(content[at : at + 8], "little")
-            self._attachments[name] = Place(-1, place.start + at + 8, length)
+    def _attach(self, record: Record) -> None:
+        """Remember where the content of an attachment is."""
+        name, at = text_at(record.content, 16)
+        _, at = text_at(record.content, at)
+        length = int.from_bytes(record.content[at : at + 8], "little")
+        self._attachments[name] = Place(-1, record.place.start + at + 8, length)
 
-    def _json(self, record: Record) -> Mapping[str, Any]:
-        if record.place.length > _MOST_SMALL_BYTES:
-            raise ValueError("an event is too large")
-        values = json.loads(self._records.content(record.place)[MESSAGE_HEADER.size :])
-        if not isinstance(values, dict):
-            raise ValueError("an event is not a JSON object")
-        return values
+    def _note(self, record: Record) -> None:
+        """Remember what is needed to read messages."""
+        kind, _, content = record
+        number = int.from_bytes(content[:2], "little")
+        if kind == SCHEMA:
+            self._schemas[number] = text_at(content, 2)[0]
+        elif kind == CHANNEL:
+            schema = self._schemas.get(int.from_bytes(content[2:4], "little"), "")
+            self.topics[number] = schema, text_at(content, 4)[0]
+        elif kind == STATISTICS:
+            self._counts = dict(_COUNT.iter_unpack(content[46:]))
+
+    def _damage(self) -> str:
+        records, name = self.records, self.path.name
+        read = sum(isinstance(entry, ImageEntry) for entry in self.entries)
+        sentences = []
+        if records.damaged_chunks:
+            written = sum(n for c, n in self._counts.items() if _is_image(*self.topics[c]))
+            sentences.append(
+                f"{name} is damaged: {records.damaged_chunks} of its {records.chunks} chunks are "
+                f"left out, with {written - read} of {written} images and all that happened there"
+            )
+        elif records.damaged_places and not records.finished:
+            places = records.damaged_places
+            sentences.append(
+                f"{name} is damaged in {places} {'place' if places == 1 else 'places'}: the images "
+                f"there are left out, with all that happened there; {read} are read"
+            )
+        for part in self.session.damaged:
+            sentences.append(f"the {part} in {name} is damaged and left out")
+        return "; ".join(sentences)
+
+
+def later_reference(attachment: Record) -> str | None:
+    """Return the name of the reference in an attachment; None if it is another file."""
+    name, _ = text_at(attachment.content, 16)
+    found = name.removeprefix(REFERENCES).removesuffix(".npz")
+    return found if name.startswith(REFERENCES) else None
+
+
+def _is_image(schema: str, topic: str) -> bool:
+    """Whether messages of a channel are what the camera sent, not maps that were measured."""
+    return schema in (RAW_IMAGE, COMPRESSED_IMAGE) and topic.split("/")[3:4] == ["camera"]
+
+
+def _json(record: Record) -> Mapping[str, Any]:
+    if record.place.length > _MOST_SMALL_BYTES:
+        raise ValueError("an event is too large")
+    values = json.loads(bytes(record.content[MESSAGE_HEADER.size :]))
+    if not isinstance(values, dict):
+        raise ValueError("an event is not a JSON object")
+    return values
 
 
 def _pixels(message: Any) -> Pixels:

@@ -1,14 +1,19 @@
-"""Finds the complete records of an MCAP file, also of one that is cut off or still growing.
+"""Finds the sound records of an MCAP file, also of one that is cut off, damaged or still growing.
 
-Only the headers of records are read, so that a recording of any length is opened without loading
-its images. The format is described at https://mcap.dev/spec.
+What no right checksum covers is not read: only chunks, attachments and the summary have one. After
+something damaged, reading goes on at the next chunk or attachment that is sound. The format is
+described at https://mcap.dev/spec.
 """
 
 from __future__ import annotations
 
+import os
+import re
 import struct
+import time
 import weakref
-from collections.abc import Callable, Iterator
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -19,17 +24,36 @@ from tactile_core.recordings.mcap.topics import mcap_library
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of a file."""
 
-FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA = 2, 3, 4, 5, 6, 9, 12
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 5, 6, 7
+CHUNK_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 8, 9, 11, 12, 15
 """Kinds of records."""
+
+DAMAGED = -1
+"""Kind that stands for a stretch of the file that is left out."""
+
+RECORD = struct.Struct("<BQ")
+"""Beginning of a record: kind, and length of its content."""
 
 MESSAGE_HEADER = struct.Struct("<HIQQ")
 """Beginning of a message: channel, sequence, and the times at which it was logged and published."""
 
-_RECORD = struct.Struct("<BQ")
-_CHUNK = struct.Struct("<QQQII")
-_Read = Callable[[int, int], bytes]
+CHUNK_HEADER = struct.Struct("<QQQII")
+"""Beginning of a chunk: first and last time, plain size, checksum, length of the compression's
+name."""
+
+FOOTER_CONTENT = struct.Struct("<QQI")
+"""Where the summary and its offsets begin, and the checksum of all of it."""
+
+_LENGTH = struct.Struct("<Q")
+_TAIL_BYTES = RECORD.size + FOOTER_CONTENT.size + len(MAGIC)
 _MOST_BYTES = 1 << 30
 """Largest record that is read into memory, and largest content of a compressed chunk."""
+_BLOCK_BYTES = 1 << 22
+_NAMES_BYTES = 1 << 12
+"""Longest beginning of an attachment, with its name, bytes."""
+_BEGINNING = re.compile(rb"[\x06\x09](?=[\s\S]{4}[\s\S]\x00\x00\x00)")
+"""May be a chunk or an attachment: its kind, and the high bytes of its length."""
+_EMPTY_CHUNK_BYTES = CHUNK_HEADER.size + _LENGTH.size
 
 
 class Place(NamedTuple):
@@ -49,41 +73,66 @@ class Place(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A complete record.
+    """A sound record, or :data:`DAMAGED`.
 
     Attributes
     ----------
     kind : int
     place : Place
         Of its content.
+    content : memoryview
     """
 
     kind: int
     place: Place
+    content: memoryview
 
 
 class McapRecords:
-    """The complete records of a file, in order.
+    """The sound records of a file, in order.
 
     Parameters
     ----------
     path : Path
 
-    Raises
-    ------
-    InputError
-        The file is not an MCAP file.
+    Attributes
+    ----------
+    finished : bool
+        Whether the file ends with a sound summary.
+    summary : tuple of Record
+        Its records.
+    stamp : tuple of int
+        Identifies the file and its content, unless it changes within moments.
+    age_s : float
+        Time since the file changed.
+    damaged_places : int
+        Stretches that the latest iteration left out. The missing rest of a record at the end of an
+        unfinished file is none.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: IO[bytes] = regular(path).open("rb", buffering=4096)
         weakref.finalize(self, self._file.close).atexit = False
-        self._size = self._file.seek(0, 2)
+        found = os.fstat(self._file.fileno())
+        self.stamp = found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+        self.age_s = time.time() - max(found.st_mtime, found.st_ctime)
+        self._end = self._file.seek(0, 2)
         self._chunk: tuple[int, bytes] = (-1, b"")
-        if self.read_at(0, len(MAGIC)) != MAGIC[: self._size] or not self._size:
-            self._file.close()
-            raise InputError(f"{path} is not an MCAP file; check the path")
+        self._sound: set[int] = set()
+        self.damaged_places = 0
+        self.summary = tuple(self._summary_records())
+        self.finished = bool(self.summary)
+
+    @property
+    def chunks(self) -> int | None:
+        """Number of chunks of a finished file."""
+        return len(self._listed_chunks()) if self.finished else None
+
+    @property
+    def damaged_chunks(self) -> int | None:
+        """Number of chunks of a finished file that the latest iteration left out."""
+        return len(self._listed_chunks() - self._sound) if self.finished else None
 
     def close(self) -> None:
         """Close the file."""
@@ -95,98 +144,180 @@ class McapRecords:
         return self._file.read(length)
 
     def content(self, place: Place) -> bytes:
-        """Read the content of a record.
+        """Read the content of a record that an iteration has found.
 
         Raises
         ------
         InputError
-            It is damaged.
+            The file has changed since.
         """
-        if place.length > _MOST_BYTES:
-            raise self._damaged()
+        found = b""
         if place.chunk < 0:
             found = self.read_at(place.start, place.length)
         else:
-            found = self._chunk_at(place.chunk)[place.start : place.start + place.length]
+            if self._chunk[0] != place.chunk:
+                chunk = self._chunk_at(place.chunk)
+                self._chunk = place.chunk, b"" if chunk is None else bytes(chunk[2])
+            found = self._chunk[1][place.start : place.start + place.length]
         if len(found) != place.length:
-            raise self._damaged()
+            raise InputError(f"{self._path} has changed while it was read; read it again")
         return found
 
-    def start_of(self, place: Place, length: int) -> bytes:
-        """Read the first bytes of a record's content."""
-        return self.content(place._replace(length=min(length, place.length)))
-
     def __iter__(self) -> Iterator[Record]:
-        """Yield the records, and those of a chunk in its place."""
-        at, size = len(MAGIC), self._size
-        while at + _RECORD.size <= size:
-            kind, length = _RECORD.unpack(self.read_at(at, _RECORD.size))
-            start = at + _RECORD.size
-            if kind == CHUNK:
-                yield from self._chunk_records(start, min(start + length, size))
-            elif start + length <= size:
-                yield Record(kind, Place(-1, start, length))
-            at = start + length
-
-    def _chunk_records(self, start: int, end: int) -> Iterator[Record]:
-        """Yield the complete records of a chunk, whose end may be missing."""
-        content, compression = self._chunk_header(start)
-        if content > end:
-            return
-        if not compression:
-            yield from self._inside(-1, content, end, self.read_at)
-            return
-        length = int.from_bytes(self.read_at(content - 8, 8), "little")
-        if content + length <= end:  # a part of a compressed chunk cannot be read
-            data = self._chunk_at(start)
-            yield from self._inside(start, 0, len(data), lambda at, n: data[at : at + n])
-
-    def _inside(self, chunk: int, at: int, end: int, read: _Read) -> Iterator[Record]:
-        while at + _RECORD.size <= end:
-            kind, length = _RECORD.unpack(read(at, _RECORD.size))
-            at += _RECORD.size
-            if at + length > end:
+        """Yield attachments, and in the place of a chunk its records."""
+        at, self.damaged_places = len(MAGIC), 0
+        self._sound.clear()
+        while at < self._end:
+            kind, end = self._record_at(at)
+            if kind == CHUNK and (chunk := self._chunk_at(at)) is not None:
+                self._sound.add(at)
+                yield from _inside(*chunk)
+            elif kind == ATTACHMENT and (attachment := self._attachment_at(at)) is not None:
+                yield attachment
+            elif kind == DATA_END and end == at + RECORD.size + 4:
                 return
-            yield Record(kind, Place(chunk, at, length))
-            at += length
+            elif not self._is_plain(kind, at, end):
+                truncated = end > self._end
+                end = self._next_sound(at + 1)
+                if self.finished or end < self._end or not truncated:
+                    self.damaged_places += 1
+                    yield Record(DAMAGED, Place(-1, at, end - at), memoryview(b""))
+            at = end
 
-    def _chunk_header(self, start: int) -> tuple[int, str]:
-        """Return where the content of a chunk begins, and its compression."""
-        header = self.read_at(start, _CHUNK.size + 32)
-        if len(header) < _CHUNK.size:
-            return self._size + 1, ""
-        length = _CHUNK.unpack_from(header)[4]
-        name = header[_CHUNK.size : _CHUNK.size + length]
-        return start + _CHUNK.size + length + 8, name.decode("ascii", "replace")
+    def _record_at(self, at: int) -> tuple[int, int]:
+        """Return the kind of the record at an offset, and where it ends."""
+        header = self.read_at(at, RECORD.size)
+        if len(header) < RECORD.size:
+            return 0, self._end + 1
+        kind, length = RECORD.unpack(header)
+        return kind, at + RECORD.size + length
 
-    def _chunk_at(self, start: int) -> bytes:
-        if self._chunk[0] != start:
-            content, compression = self._chunk_header(start)
-            length = int.from_bytes(self.read_at(content - 8, 8), "little")
-            plain_bytes = _CHUNK.unpack(self.read_at(start, _CHUNK.size))[2]
-            if max(length, plain_bytes) > _MOST_BYTES:
-                raise self._damaged()
-            self._chunk = start, self._decompressed(compression, self.read_at(content, length))
-        return self._chunk[1]
+    def _is_plain(self, kind: int, at: int, end: int) -> bool:
+        """Whether a record without a checksum, which is not used, has the size that it says."""
+        start = at + RECORD.size
+        if end > self._end or kind not in (HEADER, METADATA, MESSAGE_INDEX):
+            return False
+        if kind == MESSAGE_INDEX:
+            return end - start == 6 + _number(self.read_at(start + 2, 4))
+        before = 4 + _number(self.read_at(start, 4))
+        return end - start == before + 4 + _number(self.read_at(start + before, 4))
 
-    def _decompressed(self, compression: str, data: bytes) -> bytes:
-        try:
-            if compression == "lz4":
-                return bytes(mcap_library("lz4.frame").decompress(data))
-            if compression == "zstd":
-                decompressor = mcap_library("zstandard").ZstdDecompressor()
-                return bytes(decompressor.decompress(data, max_output_size=_MOST_BYTES))
-        except InputError:
-            raise
-        except Exception as error:  # the libraries raise errors of their own
-            raise self._damaged() from error
-        raise self._damaged()
+    def _chunk_at(self, at: int) -> tuple[int, int, memoryview] | None:
+        """Return a sound chunk: its offset if it is compressed, where its content is, and that."""
+        start = at + RECORD.size
+        _, end = self._record_at(at)
+        header = self.read_at(start, _EMPTY_CHUNK_BYTES + 32)
+        if not _is_chunk(header, end - start) or end > self._end:
+            return None
+        _, _, plain_bytes, checksum, named = CHUNK_HEADER.unpack_from(header)
+        begin = start + _EMPTY_CHUNK_BYTES + named
+        if max(end - begin, plain_bytes) > _MOST_BYTES:
+            return None
+        content = self.read_at(begin, end - begin)
+        if named:
+            name = header[CHUNK_HEADER.size : CHUNK_HEADER.size + named]
+            content = _decompressed(name, content)
+        if len(content) != plain_bytes or zlib.crc32(content) != checksum:
+            return None
+        return (at, 0, memoryview(content)) if named else (-1, begin, memoryview(content))
 
-    def _damaged(self) -> InputError:
-        return InputError(f"{self._path} is damaged; copy it again, or use another copy")
+    def _attachment_at(self, at: int) -> Record | None:
+        _, end = self._record_at(at)
+        start = at + RECORD.size
+        header = self.read_at(start, _NAMES_BYTES)
+        if not _is_attachment(header, end - start) or end > self._end:
+            return None
+        content = memoryview(self.read_at(start, end - start))
+        if zlib.crc32(content[:-4]) != _number(content[-4:]):
+            return None
+        return Record(ATTACHMENT, Place(-1, start, end - start), content)
+
+    def _next_sound(self, at: int) -> int:
+        """Return the offset of the next sound chunk or attachment; the end if there is none."""
+        while at < self._end:
+            block = self.read_at(at, _BLOCK_BYTES)
+            for found in _BEGINNING.finditer(block):
+                begin = at + found.start()
+                kind, length = RECORD.unpack_from(block, found.start())
+                if begin + RECORD.size + length > self._end:
+                    continue
+                sound = self._chunk_at if kind == CHUNK else self._attachment_at
+                if sound(begin) is not None:
+                    return begin
+            at += max(1, len(block) - RECORD.size)
+        return self._end
+
+    def _summary_records(self) -> Iterator[Record]:
+        tail_at = self._end - _TAIL_BYTES
+        tail = self.read_at(max(0, tail_at), _TAIL_BYTES)
+        if tail[RECORD.size + FOOTER_CONTENT.size :] != MAGIC or tail_at < 0:
+            return
+        start, _, checksum = FOOTER_CONTENT.unpack_from(tail, RECORD.size)
+        length = self._end - len(MAGIC) - 4 - start
+        if not RECORD.size + 16 <= length <= min(self._end, _MOST_BYTES):
+            return
+        content = self.read_at(start, length)
+        if zlib.crc32(content) == checksum:
+            self._end = start
+            records = memoryview(content)[: -RECORD.size - 16]
+            yield from _inside(-1, start, records)
+
+    def _listed_chunks(self) -> set[int]:
+        """Return the offsets of all chunks of a finished file."""
+        listed = (one.content for one in self.summary if one.kind == CHUNK_INDEX)
+        return {_LENGTH.unpack_from(content, 16)[0] for content in listed}
 
 
-def text_at(content: bytes, at: int) -> tuple[str, int]:
+def _inside(chunk: int, start: int, content: memoryview) -> Iterator[Record]:
+    """Yield the records in a sound chunk or summary."""
+    at = 0
+    while at + RECORD.size <= len(content):
+        kind, length = RECORD.unpack_from(content, at)
+        at += RECORD.size
+        yield Record(kind, Place(chunk, start + at, length), content[at : at + length])
+        at += length
+
+
+def _is_chunk(header: bytes, length: int) -> bool:
+    """Whether the sizes at the beginning of a chunk agree with each other."""
+    if len(header) < _EMPTY_CHUNK_BYTES or length < _EMPTY_CHUNK_BYTES:
+        return False
+    named = CHUNK_HEADER.unpack_from(header)[4]
+    if named > 16:
+        return False
+    (stored,) = _LENGTH.unpack_from(header, CHUNK_HEADER.size + named)
+    return bool(length == _EMPTY_CHUNK_BYTES + named + stored)
+
+
+def _is_attachment(header: bytes, length: int) -> bool:
+    """Whether the sizes at the beginning of an attachment agree with each other."""
+    at = 16  # behind its times
+    for _ in ("name", "media type"):
+        at += 4 + _number(header[at : at + 4])
+    stored = _number(header[at : at + 8])
+    return at + 8 <= len(header) and length == at + 8 + stored + 4 <= _MOST_BYTES
+
+
+def _decompressed(compression: bytes, data: bytes) -> bytes:
+    """Return the content of a chunk; nothing if it is damaged."""
+    try:
+        if compression == b"lz4":
+            return bytes(mcap_library("lz4.frame").decompress(data))
+        if compression == b"zstd":
+            decompressor = mcap_library("zstandard").ZstdDecompressor()
+            return bytes(decompressor.decompress(data, max_output_size=_MOST_BYTES))
+    except InputError:
+        raise
+    except Exception:  # the libraries raise errors of their own
+        return b""
+    return b""
+
+
+def _number(content: bytes | memoryview) -> int:
+    return int.from_bytes(content, "little")
+
+
+def text_at(content: bytes | memoryview, at: int) -> tuple[str, int]:
     """Return the text at an offset of a record's content, and the offset of what follows.
 
     Raises
@@ -194,7 +325,7 @@ def text_at(content: bytes, at: int) -> tuple[str, int]:
     ValueError
         The content is too short, or not text.
     """
-    end = at + 4 + int.from_bytes(content[at : at + 4], "little")
+    end = at + 4 + _number(content[at : at + 4])
     if end > len(content):
         raise ValueError("the text is truncated")
-    return content[at + 4 : end].decode(), end
+    return bytes(content[at + 4 : end]).decode(), end

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from tactile_core.formats.headers import kind_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.appended_file import AppendedFile
+from tactile_core.recordings.mcap.chunks import ChunkedFile
 from tactile_core.recordings.mcap.quantities import quantity_messages
 from tactile_core.recordings.mcap.topics import (
     COMPRESSED_IMAGE,
@@ -27,10 +30,7 @@ from tactile_core.recordings.mcap.topics import (
     schema_class,
 )
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
-from tactile_core.recordings.session_files import reference_bytes, session_files
-
-_CHUNK_BYTES = 1 << 20
-"""Size from which a chunk is complete; larger ones hardly save time, and more is lost with one."""
+from tactile_core.recordings.session_files import ESSENTIAL, reference_bytes, session_files
 
 _ANY_OBJECT = b'{"type": "object"}'
 """JSON schema of an object with any keys."""
@@ -39,35 +39,48 @@ _ANY_OBJECT = b'{"type": "object"}'
 class McapWriter(RecordingWriter):
     """Writes an MCAP file, without compression: camera images hardly shrink.
 
-    The session comes first, as attachments, so that a file that was cut off still has it.
+    The session comes first, as attachments, so that a file that was cut off still has it. What no
+    image can be read without is repeated whenever the file has grown by half, so that either half
+    of it is enough. Each image, event and reading
+    is a chunk of its own, so that damage to one costs no other, and is on its way to the disk when
+    the call returns.
     """
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._file: AppendedFile | None = None
         self._failed = False
-        self._channels: dict[str, int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
 
     def open(self, session: RecordedSession) -> None:
-        """Create the file and write the session."""
-        library = mcap_library("mcap.writer")
+        """Create the file and write the session; if that fails, there is no file."""
+        mcap_library("mcap.records")
         for name in (RAW_IMAGE, COMPRESSED_IMAGE):
-            schema_class(name)  # what is missing is reported now
+            _file_descriptors(name)  # what is missing is reported now, and the first image is fast
         self._session = session
         self._root = f"/tactile/{session.serial or session.sensor}"
-        self._file = AppendedFile(self.path)
-        self._writer: Any = library.Writer(
-            self._file, chunk_size=_CHUNK_BYTES, compression=library.CompressionType.NONE
-        )
-        self._writer.start(PROFILE, f"tactile-core {session.software.get('tactile-core', '')}")
-        now_ns = time.time_ns()
-        for name, content in session_files(session).items():
-            self._writer.add_attachment(now_ns, now_ns, name, _media_type(name), content)
+        file = self._file = AppendedFile(self.path)
+        try:
+            self._begin(file)
+        except BaseException:
+            self._file = None
+            file.close()
+            self.path.unlink(missing_ok=True)
+            raise
+
+    def _begin(self, file: AppendedFile) -> None:
+        session = self._session
+        version = session.software.get("tactile-core", "")
+        self._chunks = ChunkedFile(file, PROFILE, f"tactile-core {version}")
+        files = session_files(session)
+        self._essential = {name: files[name] for name in ESSENTIAL}
+        for name, content in files.items():
+            self._attach(name, content)
+        self._repeat(file)
         described = {"sensor": session.sensor, "serial": session.serial, "gel": session.gel}
         texts = {key: value for key, value in described.items() if value is not None}
-        self._writer.add_metadata(PROFILE, {**texts, **session.software})
-        self._guarded_flush()
+        self._chunks.describe(PROFILE, {**texts, **session.software})
 
     def write_image(self, recorded: RecordedImage) -> None:
         """Write an image and, before it, the JSON that belongs to it."""
@@ -75,7 +88,7 @@ class McapWriter(RecordingWriter):
         place = f"/exposure_{recorded.exposure_index}" if self._session.exposures > 1 else ""
         time_ns = _nanoseconds(image.wall_time_s or image.timestamp_s)
         info = json.dumps(recorded.described()).encode()
-        self._add("camera/info", IMAGE_INFO, time_ns, info, number)
+        self.add("camera/info", IMAGE_INFO, time_ns, info, number)
         if image.encoded is not None:
             kind = kind_of(image.encoded) or "unknown"
             message = schema_class(COMPRESSED_IMAGE)(format=kind, frame_id="camera")
@@ -94,28 +107,57 @@ class McapWriter(RecordingWriter):
             )
         message.timestamp.FromNanoseconds(time_ns)
         content = _with_data(message, data)
-        self._add(f"camera{place}", schema, time_ns, content, number)
+        self.add(f"camera{place}", schema, time_ns, content, number)
+        self.complete_chunk()
 
     def write_event(self, name: str, values: Mapping[str, Any]) -> None:
         """Write an event on a topic of its own."""
-        self._add(f"events/{name}", EVENT, time.time_ns(), json.dumps(values).encode())
+        self.add(f"events/{name}", EVENT, time.time_ns(), json.dumps(values).encode())
+        self.complete_chunk()
 
     def write_reference(self, name: str, reference: Reference) -> None:
         """Write a reference as an attachment."""
-        now_ns, content = time.time_ns(), reference_bytes(reference)
-        name = f"{REFERENCES}{name}.npz"
-        self._writer.add_attachment(now_ns, now_ns, name, _media_type(name), content)
+        with self._guarded():
+            self._attach(f"{REFERENCES}{name}.npz", reference_bytes(reference))
 
     def write_reading(self, reading: Reading) -> None:
         """Write the quantities of a reading."""
         frame = reading.frame
         time_ns = _nanoseconds(frame.wall_time_s or frame.timestamp_s)
         for one in quantity_messages(reading, time_ns):
-            self._add(one.topic, one.schema, time_ns, one.data, frame.sequence)
+            self.add(one.topic, one.schema, time_ns, one.data, frame.sequence)
+        self.complete_chunk()
 
-    def flush(self) -> None:
-        """Complete the chunk."""
-        self._guarded_flush()
+    def add(self, topic: str, schema: str, time_ns: int, data: bytes, number: int = 0) -> None:
+        """Add a message to the chunk that :meth:`complete_chunk` writes.
+
+        Parameters
+        ----------
+        topic : str
+            Below that of the sensor.
+        schema : str
+        time_ns : int
+        data : bytes
+        number : int
+        """
+        with self._guarded():
+            channel = self._channels.get((topic, schema))
+            if channel is None:
+                channel = self._channels[topic, schema] = self._registered(topic, schema)
+            self._chunks.add(channel, time_ns, data, number & 0xFFFFFFFF)
+
+    def complete_chunk(self) -> None:
+        """Write the messages that were added."""
+        assert self._file is not None
+        with self._guarded():
+            self._chunks.flush()
+            if self._file.tell() > self._repeat_at:
+                self._repeat(self._file)
+
+    def check(self) -> None:
+        """Check that the file still has a name."""
+        assert self._file is not None
+        self._file.check()
 
     def close(self) -> None:
         """Write the index, unless writing has failed, and close the file."""
@@ -124,38 +166,46 @@ class McapWriter(RecordingWriter):
         file, self._file = self._file, None
         try:
             if not self._failed:
-                self._writer.finish()
+                file.check()
+                self._repeat(file)
+                self._chunks.finish()
         finally:
             file.close()
 
-    def _guarded_flush(self) -> None:
+    def abandon(self) -> None:
+        """Close the file as it is, without an index."""
+        self._failed = True
+        self.close()
+
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
         try:
-            self._writer.flush()
+            yield
         except BaseException:
             self._failed = True
             raise
 
-    def _add(self, topic: str, schema: str, time_ns: int, data: bytes, number: int = 0) -> None:
-        channel = self._channels.get(topic)
-        try:
-            if channel is None:
-                channel = self._channels[topic] = self._registered(topic, schema)
-            self._writer.add_message(channel, time_ns, data, time_ns, number & 0xFFFFFFFF)
-        except BaseException:
-            self._failed = True
-            raise
+    def _attach(self, name: str, content: bytes) -> None:
+        self._chunks.attach(time.time_ns(), name, _media_type(name), content)
+
+    def _repeat(self, file: AppendedFile) -> None:
+        """Write again what no image can be read without, and plan when to do so next."""
+        for name, content in self._essential.items():
+            self._attach(name, content)
+        self._repeat_at = file.tell() * 3 // 2
 
     def _registered(self, topic: str, schema: str) -> int:
         protobuf = schema.startswith("foxglove.")
         if schema not in self._schemas:
             content = _file_descriptors(schema) if protobuf else _ANY_OBJECT
             encoding = "protobuf" if protobuf else "jsonschema"
-            self._schemas[schema] = self._writer.register_schema(schema, encoding, content)
+            self._schemas[schema] = self._chunks.register_schema(schema, encoding, content)
         name = f"{self._root}/{topic}"
         encoding = "protobuf" if protobuf else "json"
-        return int(self._writer.register_channel(name, encoding, self._schemas[schema]))
+        return self._chunks.register_channel(name, encoding, self._schemas[schema])
 
 
+@cache
 def _file_descriptors(schema: str) -> bytes:
     """Return the definition of a schema with everything that it imports."""
     from google.protobuf.descriptor_pb2 import FileDescriptorSet

@@ -200,7 +200,7 @@ def test_closing_does_not_wait_for_a_silent_server() -> None:
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (lambda e: e.fail(404), r"there is no /stream at http://.*; correct 'camera.url'"),
+        (lambda e: e.fail(404), r"there is nothing at http://.*/stream.*; correct 'camera.url'"),
         (lambda e: e.fail(401), r"wants a user and a password; write http://user:password@"),
         (lambda e: e.fail(503), r"answers 503 Service Unavailable"),
         (lambda e: e.fail(301, Location="/cam1"), r"has moved to /cam1"),
@@ -266,6 +266,23 @@ def test_user_and_password_are_sent_and_never_shown() -> None:
     assert seen == ["Basic " + base64.b64encode(b"me:se cret").decode()]
     assert "cret" not in str(caught.value)
     assert "cret" not in camera.device_id
+
+
+def test_a_secret_in_the_query_is_sent_and_never_shown() -> None:
+    seen: list[str] = []
+
+    def answer(exchange: Exchange) -> None:
+        seen.append(exchange.path)
+        exchange.fail(404)
+
+    with MjpegServer(answer) as server:
+        camera = StreamCamera(StreamOptions(url=f"{server.url}&channel=1&token=secret"))
+        with pytest.raises(DeviceError, match=r"nothing at .*channel=1; correct") as caught:
+            camera.open()
+        with pytest.raises(DeviceError, match=r"write it as %20") as of_space:
+            StreamCamera(StreamOptions(url=f"{server.url}&token=se cret")).open()
+    assert seen == ["/stream?view=0&channel=1&token=secret"]
+    assert "cret" not in f"{caught.value} {of_space.value} {camera.device_id}"
 
 
 def test_one_stream_is_opened_once_in_a_process() -> None:

@@ -1,0 +1,211 @@
+"""Damage, full disks, kills: ``PYTHONPATH=tests python benchmarks/recording_faults.py [WHAT …]``.
+
+*damage*: flipped bits, truncations and zeroed halves of MCAP recordings, finished and not.
+Counted are images that come back altered, and sound ones that do not come back, as they are read
+and as ``tactile recover`` writes them. *disk*: commands whose files may not exceed a size. *kill*:
+``kill -9`` while ten busy processes share the processor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import atexit
+import gc
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from itertools import count
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from support.damaged_recordings import Images, chunks_in, damaged, images_in, record
+from support.recordings import SESSION
+
+from tactile_core.errors import InputError
+from tactile_core.quantities import Image
+from tactile_core.recordings.kinds import recording_writer
+from tactile_core.recordings.recovery import recover
+from tactile_core.recordings.running_recording import RunningRecording
+
+FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    tried = {"damage": print_damage, "disk": print_disks, "kill": print_kills}
+    parser.add_argument("what", nargs="*", choices=[[], *tried], default=list(tried))
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    for what in given.what:
+        folder = Path(tempfile.mkdtemp())
+        try:
+            tried[what](folder, np.random.default_rng(given.seed))
+        finally:
+            shutil.rmtree(folder)
+
+
+def print_damage(folder: Path, rng: np.random.Generator) -> None:
+    for name, finished in (("finished", True), ("unfinished", False)):
+        whole = folder / f"{name}.mcap"
+        record(whole, finished=finished)
+        data, sent = whole.read_bytes(), images_in(whole)
+        chunks = list(chunks_in(data, sent))
+        for kind, cases in damages(len(data), rng).items():
+            counts: Counter[str] = Counter()
+            for first, last, mask in cases:
+                kept = {n for n, begin, end in chunks if end <= first or begin >= last}
+                bad = damaged(data, first, last, mask)
+                counts.update(tried_on(folder / "bad.mcap", bad, sent, kept))
+            print(f"{name}, {kind}: {len(cases)} files, {dict(counts)}", flush=True)
+
+
+def damages(size: int, rng: np.random.Generator) -> dict[str, list[tuple[int, int, int]]]:
+    """Return first and last byte of each damage, and the bits that flip: 0 zeroes, -1 cuts off."""
+    flips = [
+        (int(at), int(at) + 1, 1 << int(rng.integers(8))) for at in rng.integers(0, size, FLIPS)
+    ]
+    cuts = [(int(at), size, -1) for at in rng.integers(0, size, CUTS)]
+    starts = [0, size // 2, *rng.integers(0, size // 2, HALVES - 2)]
+    halves = [(int(at), int(at) + size // 2, 0) for at in starts]
+    return {"flipped bits": flips, "truncations": cuts, "zeroed halves": halves}
+
+
+def tried_on(path: Path, data: bytes, sent: Images, kept: set[int]) -> Counter[str]:
+    """Count what is wrong with what is read of a damaged file, and of what is recovered from it."""
+    path.write_bytes(data)
+    fresh = path.with_suffix(".recovered.mcap")
+    fresh.unlink(missing_ok=True)
+    counts = Counter({"altered": 0, "lost": 0, "altered by recover": 0, "lost by recover": 0})
+    try:
+        found = images_in(path)
+    except InputError:
+        counts.update({"refused": 1, "lost": len(kept)})
+        return counts
+    counts["altered"] = sum(found[n] != sent[n] for n in found)
+    counts["lost"] = len(kept - set(found))
+    try:
+        again = images_in(recover(path).path)
+    except InputError:
+        return counts
+    counts["altered by recover"] = sum(again[n] != sent[n] for n in again)
+    counts["lost by recover"] = len(kept - set(again))
+    return counts
+
+
+def print_disks(folder: Path, rng: np.random.Generator) -> None:
+    """Run each command with files that may not exceed a size, and count how it ends."""
+    source, cut, profile = folder / "source.mcap", folder / "cut.mcap", folder / "small.yaml"
+    record(source, finished=True, bundle=False)
+    cut.write_bytes(source.read_bytes()[: source.stat().st_size * 9 // 10])
+    profile.write_text(SESSION.profile)
+    given = {path: path.read_bytes() for path in (source, cut, profile)}
+    plain = ["--input", source, "--reference", "first"]
+    commands = {
+        "record": ["record", profile, *plain, "--readings", "--out", folder / "out.mcap"],
+        "record to a folder": ["record", profile, *plain, "--out", folder / "out"],
+        "run": ["run", profile, *plain, "--save", "npz,png,record", "--out", folder / "out"],
+        "convert": ["convert", source, folder / "out.h5"],
+        "convert with readings": ["convert", source, folder / "out.h5", "--readings"],
+        "recover": ["recover", cut, "--out", folder / "out.mcap"],
+    }
+    for name, words in commands.items():
+        counts: Counter[str] = Counter()
+        for limit_bytes in [0, 1, *np.geomspace(10, 1e6, DISKS - 2).astype(int).tolist()]:
+            ended = in_a_child(words, limit_bytes)
+            left = [p for p in folder.iterdir() if p not in given]
+            if any(path.read_bytes() != content for path, content in given.items()):
+                ended = "an input is altered"
+            if name.startswith(("convert", "recover")) and ended != "exit 0" and left:
+                ended += ", something is left behind"
+            counts[ended] += 1
+            subprocess.run(["rm", "-rf", *left], check=True)
+        print(f"{name}: {DISKS} sizes, {dict(counts)}", flush=True)
+
+
+def in_a_child(words: list[object], limit_bytes: int) -> str:
+    """Run a command in a fork, with a limit of the size of each file, and return how it ended."""
+    from support.command_line import tactile
+
+    reading, writing = os.pipe()
+    process = os.fork()
+    if process == 0:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
+        done = tactile(*words)
+        os.write(writing, f"{done.returncode} {done.stderr}".encode()[:60_000])
+        gc.collect()
+        atexit._run_exitfuncs()  # a library may fall over what a command left open
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        code, _, message = pipe.read().decode().partition(" ")
+    _, status = os.waitpid(process, 0)
+    if os.WIFSIGNALED(status):
+        return signal.Signals(os.WTERMSIG(status)).name
+    said = [line for line in message.splitlines() if not line.startswith("note: ")]
+    if code == "0":
+        return "exit 0"
+    sentence = len(said) == 1 and "this is a bug" not in message
+    return f"exit {code}, {'a sentence' if sentence else 'more than a sentence: ' + message}"
+
+
+BUSY = "import time\nend_s = time.monotonic() + 600\nwhile time.monotonic() < end_s: pass"
+
+
+def print_kills(folder: Path, rng: np.random.Generator) -> None:
+    """Kill recorders while others use the processor, and print the age of the oldest lost image."""
+    busy = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(LOAD)]
+    try:
+        ages_s = [
+            age_of_lost(folder / "killed.mcap", after_s) for after_s in rng.uniform(0, 3, KILLS)
+        ]
+    finally:
+        for process in busy:
+            process.kill()
+    late = sum(age_s > 0.5 for age_s in ages_s)
+    print(
+        f"{KILLS} kills, load {os.getloadavg()[0]:.0f}: {late} lost an image older than 0.5 s; the "
+        f"oldest that was lost had arrived {1e3 * max(ages_s):.0f} ms before"
+    )
+
+
+def age_of_lost(path: Path, after_s: float) -> float:
+    """Record until a kill, and return the age of the oldest image that is lost; 0 if none is."""
+    path.unlink(missing_ok=True)
+    reading, writing = os.pipe()
+    process = os.fork()
+    if process == 0:
+        record_for_good(path, writing)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        lines = [pipe.readline()]
+        time.sleep(after_s)
+        killed_s = time.monotonic()
+        os.kill(process, signal.SIGKILL)
+        lines += list(pipe)
+    os.waitpid(process, 0)
+    arrived = dict(line.split() for line in lines if line.endswith("\n"))
+    found = images_in(path)
+    lost_s = [float(s) for number, s in arrived.items() if int(number) not in found]
+    return max(0.0, killed_s - min(lost_s, default=killed_s))
+
+
+def record_for_good(path: Path, writing: int) -> NoReturn:
+    """Record 60 images a second, and write number and time of each to a pipe."""
+    recording = RunningRecording(recording_writer(path), SESSION)
+    for number in count():
+        pixels = np.full((240, 320, 3), number % 256, np.uint8)
+        recording.add_image(Image(pixels, timestamp_s=number / 60, sequence=number), {})
+        os.write(writing, f"{number} {time.monotonic()}\n".encode())
+        time.sleep(1 / 60)
+    raise AssertionError
+
+
+if __name__ == "__main__":
+    main()

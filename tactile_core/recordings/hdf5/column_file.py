@@ -1,0 +1,189 @@
+"""A new HDF5 file of columns that grow together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.recordings.hdf5.patient_disk import PatientDisk
+
+if TYPE_CHECKING:
+    import h5py
+
+END = "_end"
+"""Added to the name of a column of bytes: the column with the end of each row."""
+
+_CHUNK_BYTES = 1 << 13
+"""Size of a chunk of small rows, bytes."""
+
+_LONG_CHUNK_BYTES = 1 << 16
+"""Size of a chunk of a column of bytes."""
+
+_WAITING_BYTES = 1 << 24
+"""Rows in memory that are written together, bytes."""
+
+
+def import_h5py() -> Any:
+    """Return the module ``h5py``, which can read blosc2 if ``hdf5plugin`` is installed.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        import h5py
+    except ImportError:
+        raise InputError(
+            "HDF5 files need h5py, which is not installed; install it with: "
+            "pip install 'tactile-core[record]'"
+        ) from None
+    with suppress(ImportError):
+        import hdf5plugin  # noqa: F401  (registers its filters)
+    return h5py
+
+
+class _Column(NamedTuple):
+    """Rows that wait to be written."""
+
+    rows: list[NDArray[Any]]
+    begin: int
+    attributes: Mapping[str, Any]
+    compressed: bool
+
+
+class ColumnFile:
+    """Writes a new HDF5 file, whose every chunk has a checksum.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist.
+
+    Raises
+    ------
+    InputError
+        ``h5py`` is not installed.
+    OSError
+        The file exists, or cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        library = import_h5py()
+        self._disk = PatientDisk(path)
+        self._file: h5py.File | None = library.File(self._disk, "w", libver=("v110", "v110"))
+        self._waiting: dict[str, _Column] = {}
+        self._waiting_bytes = 0
+        self._ends: dict[str, int] = {}
+
+    def describe(self, attributes: Mapping[str, str | int]) -> None:
+        """Set attributes of the file."""
+        self._opened.attrs.update(attributes)
+
+    def put(self, name: str, data: bytes) -> None:
+        """Write bytes that are complete, as a dataset of uint8."""
+        content = np.frombuffer(data, np.uint8)
+        checked = {"chunks": (max(1, len(content)),), "fletcher32": True} if data else {}
+        self._opened.create_dataset(name, data=content, **checked)
+        self._disk.check()
+
+    def append(
+        self,
+        name: str,
+        rows: NDArray[Any],
+        *,
+        begin: int = 0,
+        attributes: Mapping[str, Any] | None = None,
+        compressed: bool = False,
+    ) -> None:
+        """Append rows to a column.
+
+        Parameters
+        ----------
+        name : str
+        rows : (n, ...) array
+            Must not change afterwards. Shape of a row and dtype are those of the column.
+        begin : int
+            Rows before the first one of a new column; they are 0, or NaN.
+        attributes : mapping, optional
+            Of a new column.
+        compressed : bool
+            Whether a new column is compressed, with one row in a chunk.
+
+        Raises
+        ------
+        OSError
+            The disk is full.
+        """
+        if name not in self._waiting:
+            self._waiting[name] = _Column([], begin, attributes or {}, compressed)
+        self._waiting[name].rows.append(rows)
+        self._waiting_bytes += rows.nbytes
+        if self._waiting_bytes > _WAITING_BYTES:
+            self._write()
+
+    def append_bytes(self, name: str, data: bytes) -> None:
+        """Append a row of any length to a column of bytes."""
+        end = self._ends[name] = self._ends.get(name, 0) + len(data)
+        self.append(name, np.frombuffer(data, np.uint8))
+        self.append(name + END, np.array([end], np.int64))
+
+    def close(self) -> None:
+        """Write what waits and close the file; may be called twice.
+
+        Raises
+        ------
+        OSError
+            Not everything is on the disk.
+        """
+        if self._file is None:
+            return
+        try:
+            self._write()
+        finally:
+            file, self._file = self._file, None
+            file.close()
+            self._disk.close()
+
+    @property
+    def _opened(self) -> h5py.File:
+        assert self._file is not None
+        return self._file
+
+    def _write(self) -> None:
+        self._disk.check()
+        waiting, self._waiting, self._waiting_bytes = self._waiting, {}, 0
+        for name, column in waiting.items():
+            if name not in self._opened:
+                self._create(name, column)
+            dataset = self._opened[name]
+            rows = column.rows[0] if len(column.rows) == 1 else np.concatenate(column.rows)
+            begin = len(dataset)
+            if len(rows):
+                dataset.resize(begin + len(rows), axis=0)
+                dataset[begin:] = rows
+            self._disk.check()
+
+    def _create(self, name: str, column: _Column) -> None:
+        first = column.rows[0]
+        row_bytes = max(1, first.dtype.itemsize * int(np.prod(first.shape[1:])))
+        size = _LONG_CHUNK_BYTES if row_bytes == 1 else _CHUNK_BYTES
+        rows = 1 if column.compressed else max(1, size // row_bytes)
+        gzip = {"compression": "gzip", "compression_opts": 1} if column.compressed else {}
+        dataset = self._opened.create_dataset(
+            name,
+            shape=(column.begin, *first.shape[1:]),
+            maxshape=(None, *(n or None for n in first.shape[1:])),
+            dtype=first.dtype,
+            chunks=(rows, *(max(1, n) for n in first.shape[1:])),
+            fillvalue=np.nan if first.dtype.kind == "f" else None,
+            fletcher32=True,
+            **gzip,
+        )
+        dataset.attrs.update(column.attributes)

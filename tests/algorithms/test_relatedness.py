@@ -37,6 +37,11 @@ def test_an_imprint_that_moves_is_one_motion(step_px: float) -> None:
     assert not are_unrelated(in_pairs(moving))
 
 
+def test_an_object_that_jumps_now_and_then_is_one_motion() -> None:
+    jumps = [scene([60, 200, 120, 260][n // 3], 120, seed=n) for n in range(12)]
+    assert not are_unrelated(in_pairs(jumps))
+
+
 def test_an_image_alone_shows_no_motion_and_a_gel_at_rest_is_none() -> None:
     assert are_unrelated([])
     assert not are_unrelated([(scene(60, 60), scene(200, 150))])  # of two nobody can know

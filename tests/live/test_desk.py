@@ -31,6 +31,7 @@ from tactile_core.live.commands import (
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
+from tactile_core.live.snapshot import new_path
 from tactile_core.live.truth import true_quantities
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference, Wrench
@@ -317,6 +318,10 @@ def test_two_pages_save_two_snapshots_in_one_second(desk: Desk) -> None:
     folders = {Path(said.removeprefix("Saved in ")) for said in asyncio.run(both())}
     assert len(folders) == 3
     assert all(list(folder.glob("*.npz")) for folder in folders)
+
+
+def test_names_of_new_files_are_never_given_twice(tmp_path: Path) -> None:
+    assert len({new_path(tmp_path, "one", ".mcap") for _ in range(5)}) == 5
 
 
 def test_a_calibration_that_is_fitted_is_not_ended(

@@ -18,7 +18,7 @@ from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import origin_of
 from tactile_core.quantities import Frame, Image, Reference
-from tactile_core.quantities.array_form import image_fault
+from tactile_core.quantities.array_form import image_fault, size_change
 
 CAMERA, DRIVER = "the camera", "the light driver"
 """Names used in messages."""
@@ -82,6 +82,7 @@ class Acquisition:
         self._shining: Mapping[str, float] | None = None
         self._sequence = 0
         self._settings: tuple[Settings, ...] = ()
+        self._size_px: tuple[int, int] | None = None
         self.keep_images = False
         self._images: tuple[Image, ...] = ()
 
@@ -269,6 +270,12 @@ class Acquisition:
         wrong = "" if image is None else image_fault(image)
         if wrong:
             raise fault(CAMERA, self._camera, wrong)
+        if image is not None:
+            size = image.pixels.shape[1], image.pixels.shape[0]
+            # kept when the camera is opened again, because the reference has this size, too
+            self._size_px = self._size_px or size
+            if size != self._size_px:
+                raise DeviceError(size_change(self._size_px, size))
         return image
 
     def _begin_stream(self) -> FreeRunning:

@@ -81,6 +81,7 @@ class Assembly:
             source=images[0].source,
             exposure_times_s=tuple(times),
             raw=tuple(images) if self.keep_raw else (),
+            standalone=images[0].standalone,
         )
 
     def _planes(self, image: Image, wanted: int) -> Pixels:

@@ -80,6 +80,12 @@ class MarkerTracking(Estimator):
                 f"none of the {len(self._reported)} markers can be identified in this frame, which "
                 f"shows {len(detections.centres_px)}; their positions are those of an earlier one"
             )
+        if tracker.outrun_pitches:
+            notes.append(
+                f"markers moved by {tracker.outrun_pitches:.2f} of their pitch or more from one "
+                f"frame to the next, too far to be followed, so displacements may be wrong until "
+                f"they are found again; use a higher frame rate, or move more slowly"
+            )
         if first and started_in_contact:
             notes.append(
                 _IN_CONTACT.format("reference" if self._contact_in_reference else "first frame")
@@ -93,6 +99,7 @@ class MarkerTracking(Estimator):
             timestamp_s=detections.timestamp_s,
             started_in_contact=started_in_contact,
             notes=tuple(notes),
+            outrun=bool(tracker.outrun_pitches),
             undeformed_px=self._undeformed_px,
         )
 

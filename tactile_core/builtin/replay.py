@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from pydantic import BaseModel, Field, PositiveInt
+from pydantic import BaseModel, Field, PositiveFloat, PositiveInt
 
 from tactile_core.errors import InputError
 from tactile_core.formats.video import NOMINAL_FPS
@@ -30,6 +30,10 @@ class ReplayOptions(Options):
     images_per_observation: PositiveInt = Field(
         default=1,
         description="Exposures per frame, for rigs whose lights fire one after another.",
+    )
+    fps: PositiveFloat | None = Field(
+        default=None,
+        description="Images a second of files without times of their own. Default: 30.",
     )
     loop: bool = Field(default=False, description="Start again at the end.")
 
@@ -72,7 +76,7 @@ class ReplayCamera(Camera):
         recording = open_recording(
             self._settings.path, images_per_observation=self._settings.images_per_observation
         )
-        self._images = _played(recording, self._settings.loop)
+        self._images = _played(recording.at(self._settings.fps), self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
@@ -86,13 +90,16 @@ class ReplayCamera(Camera):
 
 
 def _played(recording: Recording, loop: bool) -> Iterator[Image]:
-    sequence, begin_s, last_s = 0, 0.0, 0.0
+    sequence, added_s, last_s, step_s = 0, 0.0, float("nan"), 1 / NOMINAL_FPS
     while True:
+        begins = bool(sequence)
         for observation in recording:
             for index, image in enumerate(observation.images):
-                last_s = begin_s + image.timestamp_s
+                if begins:
+                    begins, added_s = False, last_s + step_s - image.timestamp_s
+                time_s = image.timestamp_s + added_s
+                step_s, last_s = time_s - last_s if sequence else step_s, time_s
                 yield replace(image, sequence=sequence, timestamp_s=last_s, exposure_index=index)
                 sequence += 1
         if not loop:
             return
-        begin_s = last_s + 1 / NOMINAL_FPS

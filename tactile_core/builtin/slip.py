@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +16,22 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactLoss,
     ContactShear,
+    Frame,
     ImprintMotion,
+    MarkerField,
     ShearRelease,
     SlipContact,
     SlipState,
 )
 from tactile_core.quantities.on_demand import grid_of
 from tactile_core.quantities.slip import SlipName
+
+_UNRELATED = (
+    "it shows in motion, and these images are unrelated to each other; give a video, a recording, "
+    "or images whose names are times"
+)
+_OUTRUN = "markers moved further between two frames than they can be followed"
+"""Why the state is unknown though there is evidence."""
 
 
 class _Verdict(NamedTuple):
@@ -99,8 +109,28 @@ class Slip(Estimator):
         imprint: ImprintMotion | None,
         release: ShearRelease | None,
         loss: ContactLoss | None,
+        frame: Frame | None = None,
+        markers: MarkerField | None = None,
     ) -> SlipState:
         """Return the state; ``none`` without contact, ``unknown`` without evidence."""
+        found = self._fused(contact, shear, imprint, release, loss)
+        if found.state == "none" and contact.known:
+            return found
+        if frame is not None and frame.standalone:
+            self._machine.reset()
+            return SlipState("unknown", 0.0, timestamp_s=found.timestamp_s, reason=_UNRELATED)
+        if markers is not None and markers.outrun and found.state != "none":
+            return replace(found, state="unknown", kind=None, onset_s=None, reason=_OUTRUN)
+        return found
+
+    def _fused(
+        self,
+        contact: SlipContact,
+        shear: ContactShear | None,
+        imprint: ImprintMotion | None,
+        release: ShearRelease | None,
+        loss: ContactLoss | None,
+    ) -> SlipState:
         time_s = contact.timestamp_s
         shear = shear if shear is not None and shear.usable else None
         imprint = imprint if imprint is not None and imprint.tracked else None

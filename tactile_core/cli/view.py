@@ -106,7 +106,7 @@ def view(
             for note in sensor.notes:
                 print_message(f"note: {sensor.name}: {note}")
         token = own_token(user_data_path("tactile-core"))
-        page = opened.enter_context(LivePage(desks, token, host=host, port=port))
+        page = opened.enter_context(LivePage(desks, token, host=host, port=port, say=print_message))
         for desk in desks:
             desk.live.start()
         print_data(page.address)

@@ -39,8 +39,13 @@ class Video:
     kind: ImageKind
     fps: float
 
-    def frames(self) -> Iterator[tuple[NDArray[Any], float]]:
+    def frames(self, fps: float = NOMINAL_FPS) -> Iterator[tuple[NDArray[Any], float]]:
         """Yield (H, W, 3) uint8 R, G, B pixels and the time since the first frame, s.
+
+        Parameters
+        ----------
+        fps : float
+            Rate of a file that gives neither timestamps nor a rate, Hz.
 
         Raises
         ------
@@ -50,7 +55,7 @@ class Video:
         import cv2
 
         capture = _capture(self.path)
-        step_s = 1 / (self.fps or NOMINAL_FPS)
+        step_s = 1 / (self.fps or fps)
         try:
             time_s = -step_s
             while True:

@@ -103,7 +103,7 @@ class Calibrate(Command):
 
     do: Literal["calibrate"]
     on: bool
-    ball_diameter_mm: Annotated[float, Field(gt=0, le=1000)] = 4.0
+    ball_diameter_mm: Annotated[float, Field(ge=0, le=1000)] | None = None
 
 
 class Finish(Command):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -56,6 +57,9 @@ _REMEMBERED = 300
 class Desk:
     """Carries out the commands of pages that watch a sensor.
 
+    One worker begins, ends and saves, one after the other, whichever page asked: what has begun is
+    carried out to its end, and :meth:`status` shows it, also if its page leaves meanwhile.
+
     Parameters
     ----------
     live : LiveSensor
@@ -70,6 +74,8 @@ class Desk:
         self._bundles = tuple(bundles)
         self.guiding = Guiding(live)
         self._recording: RunningRecording | None = None
+        self._worker = ThreadPoolExecutor(1, f"worker of {self.name}")
+        self._fitter = ThreadPoolExecutor(1, f"fitter of {self.name}")  # one can record meanwhile
 
     @property
     def name(self) -> str:
@@ -128,6 +134,12 @@ class Desk:
             "recording": None if recording is None else _recorded(recording),
         }
 
+    @property
+    def under_way(self) -> str:
+        """What goes on if every page leaves: a recording, a calibration or nothing."""
+        calibrates = "the calibration" if self.guiding.state else ""
+        return "the recording" if self._recording is not None else calibrates
+
     async def do(self, command: AnyCommand) -> str:
         """Carry out a command, and return what was done, as a sentence.
 
@@ -148,56 +160,62 @@ class Desk:
                 self._hand().take(command.kind, _OBJECTS[command.kind](command.size_mm))
                 return f"{command.kind} of {command.size_mm:g} mm"
             case TakeReference():
-                taken = await self._between(lambda: live.take_reference(command.frames))
+                taken = await self._done(live.do(lambda: live.take_reference(command.frames)))
                 return f"Reference taken, the mean of {taken.frames} observations"
             case Tare():
-                await self._between(live.sensor.tare)
+                await self._done(live.do(live.sensor.tare))
                 return "Tared: later readings are relative to this load"
             case Play():
                 how = command.model_dump(exclude={"id", "do"})
-                await self._between(lambda: live.play(**how))
+                await self._done(live.do(lambda: live.play(**how)))
                 return ""
-            case Snapshot():
-                return await self._snapshot()
-            case Compare():
-                return await self._compare(command.choice)
-            case Record():
-                return await self._record(on=command.on)
-            case Calibrate():
-                if command.on:
-                    return await self.guiding.begin(self._between, command.ball_diameter_mm)
-                return self.guiding.end()
             case Finish():
-                return await self.guiding.finish(self._between)
-        raise InputError("this command has nothing to do")
+                return await self._done(self._fitter.submit(self.guiding.finish))
+        return await self._done(self._worker.submit(self._work, command))
 
     def close(self) -> None:
         """End a recording, and close the sensor."""
+        self.live.stop()
+        self._worker.shutdown(cancel_futures=True)
         try:
-            self.guiding.end()
+            self.guiding.close()
             self._end_recording()
         finally:
+            self._fitter.shutdown(cancel_futures=True)
             self.live.close()
+
+    async def _done(self, work: Future[T]) -> T:
+        """Wait for work, of which every page learns, also if the one that asked has left."""
+        work.add_done_callback(lambda _: self.live.newest.again())
+        return await asyncio.wrap_future(work)
+
+    def _work(self, command: AnyCommand) -> str:
+        match command:
+            case Snapshot():
+                return self._snapshot()
+            case Compare():
+                return self._compare(command.choice)
+            case Record():
+                return self._record(on=command.on)
+            case Calibrate():
+                guiding, ball_mm = self.guiding, command.ball_diameter_mm
+                return guiding.begin(ball_mm) if command.on else guiding.end()
+        raise InputError("this command has nothing to do")
 
     def _hand(self) -> Hand:
         if self.live.hand is None:
             raise InputError(f"{self.name} is no virtual sensor, so there is no object to move")
         return self.live.hand
 
-    async def _between(self, work: Callable[[], T]) -> T:
-        return await asyncio.wrap_future(self.live.do(work))
-
-    async def _snapshot(self) -> str:
+    def _snapshot(self) -> str:
         state = self.live.newest.value
         if state is None:
             raise InputError("there is no reading yet; wait for the first picture")
         pipeline = self.live.sensor.pipeline
-        folder = await asyncio.to_thread(
-            save_snapshot, pipeline, state.reading, self.live.out, self.name
-        )
+        folder = save_snapshot(pipeline, state.reading, self.live.out, self.name)
         return f"Saved in {folder}"
 
-    async def _compare(self, key: str) -> str:
+    def _compare(self, key: str) -> str:
         if not key or key == TRUTH:
             if key:
                 chosen(self.choices, key)
@@ -205,19 +223,19 @@ class Desk:
             self.choice = key
             return "Shown beside the truth" if key else "The comparison has ended"
         choice = chosen(self.choices, key)
-        pipeline = await asyncio.to_thread(alternative_pipeline, self.live.sensor, choice)
+        pipeline = alternative_pipeline(self.live.sensor, choice)
         self.live.compare(Alternative(choice, pipeline))
         self.choice = key
         return f"Compared with {choice.title}"
 
-    async def _record(self, *, on: bool) -> str:
+    def _record(self, *, on: bool) -> str:
         if on and self._recording is None:
             path = new_path(self.live.out, self.name, ".mcap")
             # between two observations, as the recording begins with a whole one
-            self._recording = await self._between(lambda: self._begin_recording(path))
+            self._recording = self.live.do(lambda: self._begin_recording(path)).result()
             return f"Recording to {path}"
         if not on and self._recording is not None:
-            return await asyncio.to_thread(self._end_recording)
+            return self._end_recording()
         return ""
 
     def _begin_recording(self, path: Path) -> RunningRecording:

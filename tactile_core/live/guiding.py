@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Awaitable, Callable
-from typing import Any, TypeVar
+from typing import Any
 
 from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.calibration.guided.session import GuidedCalibration
@@ -14,9 +12,6 @@ from tactile_core.live.parameters import PAGE
 from tactile_core.live.snapshot import new_path
 from tactile_core.quantities import Frame
 from tactile_core.recordings.running_recording import RunningRecording
-
-T = TypeVar("T")
-Between = Callable[[Callable[[], T]], Awaitable[T]]
 
 REPORT = "report.html"
 
@@ -42,41 +37,40 @@ class Guiding:
         self._live = live
         self._recording: RunningRecording | None = None
         self._guided: GuidedCalibration | None = None
-        self._fitting = False
+        self._beginning = self._fitting = False
         self.report, self.problem = b"", ""
 
     @property
     def state(self) -> str:
-        """``""``, ``"pressing"`` or ``"fitting"``."""
-        if self._fitting:
-            return "fitting"
+        """``""``, ``"beginning"``, ``"pressing"`` or ``"fitting"``."""
+        if self._beginning or self._fitting:
+            return "beginning" if self._beginning else "fitting"
         return "" if self._guided is None else "pressing"
 
-    async def begin(self, between: Between[Any], ball_diameter_mm: float) -> str:
+    def begin(self, ball_diameter_mm: float | None) -> str:
         """Take a reference, and begin to look at every frame.
-
-        Parameters
-        ----------
-        between : callable
-            Calls a function between two observations.
-        ball_diameter_mm : float
 
         Raises
         ------
         TactileError
-            The ball is implausible, or the sensor shows a recording.
+            The ball is unknown or implausible, or the sensor shows a recording.
         """
         live, sensor = self._live, self._live.sensor
         if live.playback is not None:
             raise InputError("a recording is calibrated by 'tactile calibrate', not live")
         if self.state:
             raise InputError("a calibration is under way; finish or end it first")
-        said = await between(self._record)
-        reference = await between(lambda: sensor.capture_reference(PAGE.reference_frames))
-        recording = self._recording
+        if not ball_diameter_mm:
+            raise InputError(
+                "give the diameter of the ball in mm, measured with a calliper: every height is "
+                "in proportion to it"
+            )
+        self._beginning = True
         try:
-            self._guided = await asyncio.to_thread(
-                GuidedCalibration,
+            said = live.do(self._record).result()
+            taken = live.do(lambda: sensor.capture_reference(PAGE.reference_frames))
+            reference, recording = taken.result(), self._recording
+            self._guided = GuidedCalibration(
                 sensor.profile,
                 reference,
                 ball_diameter_mm,
@@ -84,12 +78,14 @@ class Guiding:
                 note=None if recording is None else recording.add_event,
             )
         except BaseException:
-            self._end_recording()
+            self.close()
             raise
+        finally:
+            self._beginning = False
         self.problem, live.guide = "", self._fed
         return f"Reference taken. {said}"
 
-    async def finish(self, between: Between[Any]) -> str:
+    def finish(self) -> str:
         """Fit what was kept, save the bundle, and measure with it from now on.
 
         Raises
@@ -103,22 +99,36 @@ class Guiding:
         folder = new_path(self._live.out, self._live.sensor.name, "_bundle")
         self._fitting = True
         try:
-            result = await asyncio.to_thread(guided.finish, folder)
-            await between(lambda: self._live.sensor.use_bundle(result.bundle))
+            result = guided.finish(folder)
+            self._live.do(lambda: self._live.sensor.use_bundle(result.bundle)).result()
         finally:
             self._fitting = False
         self.report = (folder / REPORT).read_bytes()
-        self.end()
+        self.close()
         return f"Calibrated; the bundle is in {folder}, and the sensor measures with it"
 
     def end(self) -> str:
-        """End the session; what was not saved is lost, but its recording stays."""
+        """End the session; what was not saved is lost, but its recording stays.
+
+        Raises
+        ------
+        InputError
+            It is being fitted.
+        """
+        if self._fitting:
+            raise InputError("the calibration is being fitted; wait until it is saved")
+        self.close()
+        return "The calibration has ended"
+
+    def close(self) -> None:
+        """End the session, whatever it is doing; may be called from any thread, and twice."""
         self._live.guide = None
         guided, self._guided = self._guided, None
         if guided is not None:
             guided.close()
-        self._end_recording()
-        return "The calibration has ended"
+        recording, self._recording = self._recording, None
+        if recording is not None:
+            recording.close()
 
     def _fed(self, frame: Frame) -> Guidance | None:
         """Look at a frame; a failure ends the calibration, and the sensor goes on."""
@@ -129,7 +139,7 @@ class Guiding:
             known = isinstance(error, TactileError | OSError)
             why = str(error) if known else f"{words_of(error)} (this is a bug; please report it)"
             self.problem = f"The calibration has ended: {why}"
-            self.end()
+            self.close()
             return None
 
     def _record(self) -> str:
@@ -140,11 +150,6 @@ class Guiding:
         except TactileError as error:
             return f"The session is not recorded: {error}."
         return f"The session is recorded in {path}"
-
-    def _end_recording(self) -> None:
-        recording, self._recording = self._recording, None
-        if recording is not None:
-            recording.close()
 
 
 def described_guidance(live: LiveSensor) -> dict[str, Any] | None:

@@ -65,7 +65,7 @@ class LiveSensor:
         self.guide: Callable[[Frame], Guidance | None] | None = None
         self.guidance: Guidance | None = None
         self._samples: deque[Sample] = deque()
-        self._work: queue.Queue[Callable[[], None]] = queue.Queue()
+        self._work: queue.Queue[tuple[Future[Any], Callable[[], Any]]] = queue.Queue()
         self._stopping = threading.Event()
         self._number, self._rate_hz, self._last_s = 0, 0.0, 0.0
         self._health: tuple[float, dict[str, Any]] = (float("-inf"), {})
@@ -81,28 +81,28 @@ class LiveSensor:
         self._thread.start()
         return self
 
-    def close(self) -> None:
-        """End measuring, and close the sensor."""
+    def stop(self) -> None:
+        """End measuring; what still waits to be done is refused."""
         self._stopping.set()
-        self._work.put(lambda: None)
+        self.do(lambda: None)  # wakes the thread
         if self._thread.is_alive():
             self._thread.join(5.0)
+
+    def close(self) -> None:
+        """End measuring, and close the sensor."""
+        self.stop()
         self.compare(None)
         self.sensor.close()
 
     def do(self, work: Callable[[], T]) -> Future[T]:
-        """Call a function between two observations, in the thread that measures."""
+        """Call a function between two observations, in the thread that measures.
+
+        While the devices are lost, and from the end on, it is refused instead.
+        """
         future: Future[T] = Future()
-
-        def call() -> None:
-            if not future.set_running_or_notify_cancel():
-                return
-            try:
-                future.set_result(work())
-            except Exception as error:
-                future.set_exception(error)
-
-        self._work.put(call)
+        self._work.put((future, work))
+        if self._stopping.is_set():
+            self._refuse_all("the sensor is being closed")
         return future
 
     def samples_between(self, after: int, last: int) -> list[Sample]:
@@ -248,6 +248,7 @@ class LiveSensor:
                 self.sensor.open()
             except TactileError as error:
                 self._fail(str(error))
+                self._refuse_all(str(error))
                 self._stopping.wait(_RETRY_S)
             else:
                 if reference is not None:
@@ -260,5 +261,18 @@ class LiveSensor:
 
     def _do_one(self, *, timeout_s: float) -> None:
         with suppress(queue.Empty):
-            work = self._work.get(timeout=timeout_s) if timeout_s else self._work.get_nowait()
-            work()
+            got = self._work.get(timeout=timeout_s) if timeout_s else self._work.get_nowait()
+            future, work = got
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(work())
+                except Exception as error:
+                    future.set_exception(error)
+
+    def _refuse_all(self, why: str) -> None:
+        """Refuse what waits: nobody who asked waits for a device that may never come back."""
+        with suppress(queue.Empty):
+            while True:
+                future, _ = self._work.get_nowait()
+                if future.set_running_or_notify_cancel():
+                    future.set_exception(DeviceError(why))

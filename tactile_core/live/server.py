@@ -8,7 +8,7 @@ import http
 import logging
 import socket
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -85,12 +85,21 @@ class LivePage:
         Address to listen on.
     port : int
         0 chooses a free one.
+    say : callable
+        Receives a sentence about what goes on when the last page that showed it has left.
     """
 
     def __init__(
-        self, desks: Sequence[Desk], token: str, *, host: str = "127.0.0.1", port: int = 0
+        self,
+        desks: Sequence[Desk],
+        token: str,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        say: Callable[[str], None] = lambda words: None,
     ) -> None:
         require_websockets()
+        self._say = say
         self.desks = tuple(desks)
         names = names_of(host)
         self._socket = listening(host, port)
@@ -207,6 +216,12 @@ class LivePage:
                 await Session(desk, self.desks.index(desk), connection).run()
         finally:
             self._watching -= 1
+            for one in self.desks if not self._watching else ():
+                if one.under_way:
+                    self._say(
+                        f"no page is open; {one.under_way} of {one.name} goes on until it is ended "
+                        f"on the page, or by Ctrl-C"
+                    )
 
 
 def _answer(

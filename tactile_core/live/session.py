@@ -91,7 +91,6 @@ class Session:
         else:
             if not isinstance(command, Move):
                 await self._say_status()
-                self._desk.live.newest.again()  # other pages learn of it as well
             await self._say({"id": command.id, "done": done})
 
     async def _send_states(self) -> None:

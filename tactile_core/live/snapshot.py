@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
@@ -16,15 +17,20 @@ from tactile_core.recordings.output_folder import OutputFolder
 SAVED = ("npz", "png")
 """What a snapshot saves by default."""
 
+_GIVEN: set[Path] = set()
+_GIVING = Lock()
+
 
 def new_path(out: Path, name: str, ending: str = "") -> Path:
-    """Return a path in the folder that does not exist yet: time, name of the sensor, ending."""
+    """Return a new path in the folder, never twice the same: time, name of the sensor, ending."""
     stem = f"{time.strftime('%Y-%m-%d_%H%M%S')}_{re.sub(r'[^A-Za-z0-9._-]', '_', name)}"
     path = out / f"{stem}{ending}"
     number = 1
-    while path.exists():
-        number += 1
-        path = out / f"{stem}_{number}{ending}"
+    with _GIVING:
+        while path.exists() or path in _GIVEN:
+            number += 1
+            path = out / f"{stem}_{number}{ending}"
+        _GIVEN.add(path)
     return path
 
 

@@ -106,8 +106,11 @@ def played_back(profile: Profile, path: Path) -> Playback:
             f"{image.width_px} × {image.height_px}, so mm_per_px is wrong in one direction; set "
             f"'image.crop' or the size in the profile",
         )
+    fps = profile.camera.options.get("fps")
+    if isinstance(fps, bool) or not isinstance(fps, int | float) or fps <= 0:
+        fps = None  # another plugin's option of this name
     camera = Component.model_validate(
-        {"use": "core.replay", "path": path, "images_per_observation": count}
+        {"use": "core.replay", "path": path, "images_per_observation": count, "fps": fps}
     )
     played = profile.model_copy(update={"camera": camera, "image": image})
     return Playback(played, notes, recording.count, recorded)

@@ -125,6 +125,15 @@ def image_fault(image: object) -> str:
     return ""
 
 
+def size_change(before_px: tuple[int, int], now_px: tuple[int, int]) -> str:
+    """Return the sentence about images whose (width, height) changes in mid-stream."""
+    (before, high), (now, now_high) = before_px, now_px
+    return (
+        f"the camera's images changed from {before} × {high} to {now} × {now_high} pixels; set the "
+        f"camera to one size, and begin again"
+    )
+
+
 def _is_finite(values: Float32) -> bool:
     # a sum of squares is several times faster than isfinite, and finite only if all values are
     return isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())

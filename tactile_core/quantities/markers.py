@@ -56,6 +56,9 @@ class MarkerField(Quantity):
         Tracking began in contact. Either the reference shows a contact, and displacements are
         relative to that contact; or the first frame does, and identities are inferred from the
         deformation instead of being tracked.
+    outrun : bool
+        Markers moved further between two frames than they can be followed, and not all were found
+        again since: identities and displacements may be wrong by a pitch.
     notes : tuple of str
         Messages to the user about this frame.
     undeformed_px : (N, 2) float32 or None
@@ -70,6 +73,7 @@ class MarkerField(Quantity):
     mm_per_px: MmPerPx
     timestamp_s: TimestampS = 0.0
     started_in_contact: Annotated[bool, FieldSpec(saved_as="markers_started_in_contact")] = False
+    outrun: Annotated[bool, FieldSpec(saved_as="markers_outrun")] = False
     notes: Annotated[tuple[str, ...], FieldSpec(saved_as="marker_notes")] = ()
     undeformed_px: Annotated[
         Float32 | None, FieldSpec("px", _PLACES, saved_as="marker_undeformed_px")

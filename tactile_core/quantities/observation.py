@@ -45,6 +45,8 @@ class Image(Quantity):
         it.
     exposure_time_s, gain : float or None
         Exposure time, and gain in the camera's own units; None if the camera does not report them.
+    standalone : bool
+        It is one of unrelated images, so that what changed since the one before is no motion.
     encoded : bytes or None
         The compressed image as the camera sent it, for example a JPEG; None if it sent pixels.
     """
@@ -57,6 +59,7 @@ class Image(Quantity):
     exposure_index: int | None = None
     exposure_time_s: float | None = None
     gain: float | None = None
+    standalone: bool = False
     encoded: bytes | None = None
 
 
@@ -84,6 +87,8 @@ class Frame(Quantity):
         exposure.
     raw : tuple of Image
         The exposures as the camera sent them; empty unless requested.
+    standalone : bool
+        It shows no motion since the frame before; as of :class:`Image`.
     light_ratio : (K,) float32 or None
         Brightness of each channel on the undeformed surface over that in the reference, before it
         is compensated; None if it is not measured, as where an object covers the whole view.
@@ -101,6 +106,7 @@ class Frame(Quantity):
     exposure_times_s: tuple[float, ...] = ()
     raw: tuple[Image, ...] = ()
     marker_contrast: NDArray[np.uint8] | None = None
+    standalone: bool = False
     light_ratio: Float32 | None = None
 
     def beside(self, **values: Any) -> Self:

@@ -22,11 +22,13 @@ class SlipState(Quantity):
     state : str
         ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips), ``slip``
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
-        motion of the surface, or the load is not known and no contact has settled yet).
+        motion of the surface, the load is not known and no contact has settled yet, or the frames
+        show no motion that can be followed: see ``reason``).
     degree : float
         Share of the contact that slips, or the evidence of it from the imprint: 0 if the entire
         contact sticks, 1 if all of it slips. Where the load is not known and the loss of contact is
-        measured, the share of the contact that may be lost. 0 where nothing is measured.
+        measured, the share of the contact that may be lost. 0 where nothing is measured. While
+        markers cannot be followed, the degree is that of what is found of them.
     kind : str or None
         ``translation`` or ``rotation`` during slip; None otherwise.
     entropy_bits : float or None
@@ -40,6 +42,8 @@ class SlipState(Quantity):
         Distance by which the object moved over the gel surface since the contact settled, and its
         standard deviation; None if no imprint is tracked.
 
+    reason : str
+        Why the state is unknown, as a sentence, where the frames are the reason.
     degree_std : float or None
         Standard deviation of the degree; None if the degree is not the share of the contact that
         slips, measured in the field of displacement.
@@ -68,6 +72,11 @@ class SlipState(Quantity):
         None
     )
     timestamp_s: TimestampS = 0.0
+    reason: Annotated[str, FieldSpec(saved_as="slip_reason")] = ""
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return the reason, if there is one."""
+        return (f"slip is unknown: {self.reason}",) if self.reason else ()
 
     def summary(self) -> Mapping[str, Any]:
         """Return the entry ``slip``; a step that knows the force fills in the last two values."""
@@ -84,5 +93,6 @@ class SlipState(Quantity):
                 "degree_std": self.degree_std,
                 "margin": None,
                 "friction": None,
+                "reason": self.reason,
             }
         }

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tactile_core.formats.headers import header
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Image, Reference
@@ -88,6 +89,14 @@ class RecordedImage:
     observation: int | None = None
     exposure_index: int = 0
     levels: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def size_px(self) -> tuple[int, int] | None:
+        """Width and height; None for bytes that are no image."""
+        if isinstance(self.image, Image):
+            return self.image.pixels.shape[1], self.image.pixels.shape[0]
+        found = header(self.image.encoded)
+        return None if found is None else (found.width_px, found.height_px)
 
     @property
     def nbytes(self) -> int:

@@ -5,10 +5,9 @@ An observation is the exposure, or the exposures of a light sequence, that make 
 
 from __future__ import annotations
 
-import re
 import stat
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tactile_core.errors import InputError
@@ -17,6 +16,7 @@ from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
 from tactile_core.formats.video import VIDEO_SUFFIXES, open_video
+from tactile_core.recordings.file_names import sorted_by_name
 from tactile_core.recordings.kinds import is_recorded, recording_file
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordedSession
@@ -88,11 +88,17 @@ class Recording:
         """Width and height of the camera's images."""
         return self.kind.width_px, self.kind.height_px
 
+    def at(self, fps: float | None) -> Recording:
+        """Return the recording with a rate of the images that have no times of their own, Hz."""
+        if fps is None or not isinstance(self.source, FileSource | VideoSource):
+            return self
+        return replace(self, source=replace(self.source, fps=fps))
+
     def __iter__(self) -> Iterator[Observation]:
         """Read the observations.
 
-        Images have the timestamps of a video or of a sensor. Image files have none and are timed
-        at 30 Hz.
+        Images have the timestamps of a video or of a sensor, or those that the names of their
+        files give. Others are timed at the rate given by :meth:`at`, or at 30 Hz.
 
         Raises
         ------
@@ -110,7 +116,7 @@ def open_recording(
     Parameters
     ----------
     path : Path
-        An image file; a folder of images, in natural order of their names; a video; a
+        An image file; a folder of images, in the order of the numbers in their names; a video; a
         ``scan.yaml`` or its folder; a folder of scan folders. For a light sequence also a folder
         with exactly one image per light, or a folder of such folders. A folder whose
         ``catalog.csv`` lists folders (``experiment_reldir``) is the images of these. Or what a
@@ -230,7 +236,7 @@ def _visible(folder: Path) -> list[Path]:
         paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
     except PermissionError:
         raise InputError(f"{folder} may not be read; change its permissions") from None
-    return sorted(paths, key=lambda path: natural_order(path.name))
+    return sorted_by_name(paths, lambda path: path.name)
 
 
 def _images_among(paths: Sequence[Path]) -> list[Path]:
@@ -334,9 +340,3 @@ def _instead(inside: Sequence[Path]) -> str:
 
 def _words(count: int) -> str:
     return "1 image" if count == 1 else f"{count} images"
-
-
-def natural_order(name: str) -> tuple[list[str | int], str]:
-    """Return a key that sorts names with numbers in them by these numbers."""
-    parts = re.split(r"([0-9]+)", name.casefold())
-    return [int(part) if i % 2 else part for i, part in enumerate(parts)], name

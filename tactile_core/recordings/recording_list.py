@@ -10,9 +10,10 @@ from tactile_core.errors import InputError
 from tactile_core.formats.printable import printable
 from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.formats.video import VIDEO_SUFFIXES
+from tactile_core.recordings.file_names import sorted_by_name
 from tactile_core.recordings.kinds import is_recorded
 from tactile_core.recordings.output_folder import safe_stem
-from tactile_core.recordings.recording import is_one_recording, natural_order
+from tactile_core.recordings.recording import is_one_recording
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def _recordings_at(path: Path, count: int) -> list[Path]:
 
 
 def _inside(folder: Path, count: int) -> list[Path]:
-    entries = sorted(folder.iterdir(), key=lambda path: natural_order(path.name))
+    entries = sorted_by_name(folder.iterdir(), lambda path: path.name)
     return [path for path in entries if _is_file(path) or _is_folder(path, count)]
 
 

@@ -13,6 +13,7 @@ from tactile_core.errors import words_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Frame, Image, Quantity, Reference
+from tactile_core.quantities.array_form import size_change
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 
 
@@ -101,6 +102,7 @@ class RunningRecording:
         self._references = 0
         self._latest = -1
         self._first: int | None = None
+        self._size_px: tuple[int, int] | None = None
         writer.open(session)
         name = f"writer of {writer.path.name}"
         self._thread = Thread(target=self._run, name=name, daemon=True)
@@ -230,6 +232,12 @@ class RunningRecording:
         return not self._waiting or self._waiting_bytes + nbytes <= self._parameters.queue_bytes
 
     def _put_image(self, recorded: RecordedImage, *, checked: bool = False) -> None:
+        self._size_px = self._size_px or recorded.size_px
+        if self._size_px and recorded.size_px and self._size_px != recorded.size_px:
+            # what came before is written; a recording of two sizes could not be played
+            change = size_change(self._size_px, recorded.size_px)
+            self.failure = self.failure or f"the recording {self._writer.path} has ended: {change}"
+
         def write() -> None:
             self._writer.write_image(recorded)
             self.images += 1

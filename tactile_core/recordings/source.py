@@ -7,10 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from tactile_core.algorithms.relatedness import are_unrelated
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind, read_image
 from tactile_core.formats.video import NOMINAL_FPS, Video
-from tactile_core.quantities import Image
+from tactile_core.quantities import Image, Pixels
+from tactile_core.recordings.file_names import times_of
+
+_PAIRS = 12
+"""Pairs of neighbouring images that are compared, because reading many takes long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +57,20 @@ class ObservationSource(ABC):
 
 @dataclass(frozen=True, eq=False)
 class FileSource(ObservationSource):
-    """Image files, which have no timestamps and are timed at 30 Hz.
+    """Image files, timed by their names or at a rate.
 
     Attributes
     ----------
     files : tuple of Files
     kind : ImageKind
         Of every image.
+    fps : float
+        Images a second, if their names are no times.
     """
 
     files: tuple[Files, ...]
     kind: ImageKind
+    fps: float = NOMINAL_FPS
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,6 +80,9 @@ class FileSource(ObservationSource):
     def __iter__(self) -> Iterator[Observation]:
         """Read the images."""
         number = 0
+        alone = all(len(observation.paths) == 1 for observation in self.files)
+        times_s = times_of(self.names) if alone else None
+        unrelated = times_s is None and are_unrelated(self._sampled())
         for observation in self.files:
             images = []
             for path in observation.paths:
@@ -79,12 +92,27 @@ class FileSource(ObservationSource):
                         f"{path} is {ImageKind.of(pixels)}, but its header said {self.kind}; "
                         f"record or save it again"
                     )
-                time_s = number / NOMINAL_FPS
+                time_s = number / self.fps if times_s is None else times_s[number]
                 images.append(
-                    Image(pixels, timestamp_s=time_s, sequence=number, source=observation.name)
+                    Image(
+                        pixels,
+                        timestamp_s=time_s,
+                        sequence=number,
+                        source=observation.name,
+                        standalone=unrelated,
+                    )
                 )
                 number += 1
             yield Observation(observation.name, tuple(images))
+
+    def _sampled(self) -> list[tuple[Pixels, Pixels]]:
+        """Return pairs of neighbouring images, spread over all."""
+        last = len(self.files) - 2
+        first = sorted({round(at) for at in np.linspace(0, last, _PAIRS)}) if last >= 0 else []
+        return [
+            (read_image(self.files[at].paths[0]), read_image(self.files[at + 1].paths[0]))
+            for at in first
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +124,13 @@ class VideoSource(ObservationSource):
     stem : str
         Beginning of the observations' names.
     video : Video
+    fps : float
+        Frames a second, if the file gives neither timestamps nor a rate.
     """
 
     stem: str
     video: Video
+    fps: float = NOMINAL_FPS
 
     @property
     def names(self) -> None:
@@ -108,7 +139,7 @@ class VideoSource(ObservationSource):
 
     def __iter__(self) -> Iterator[Observation]:
         """Read the frames."""
-        for number, (pixels, time_s) in enumerate(self.video.frames()):
+        for number, (pixels, time_s) in enumerate(self.video.frames(self.fps)):
             name = f"{self.stem}_{number:06d}"
             image = Image(pixels, timestamp_s=time_s, sequence=number, source=name)
             yield Observation(name, (image,))

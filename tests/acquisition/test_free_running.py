@@ -86,6 +86,15 @@ def test_every_image_shows_its_light(camera: str, knows: bool) -> None:
     assert Bench(CAMERAS[camera], knows=knows).rate() > 0.8
 
 
+def test_a_measured_stamp_delay_covers_the_jitter() -> None:
+    """An image that was stamped early while it was measured may be stamped late from then on."""
+    bench = Bench(STAMPED_AT_ARRIVAL, knows=False)
+    bench.acquisition.arm()
+    delay_s = bench.acquisition.stamp_delay_s
+    assert delay_s is not None
+    assert delay_s > STAMPED_AT_ARRIVAL.stamp_s + 2 * STAMPED_AT_ARRIVAL.jitter_s
+
+
 @pytest.mark.parametrize(
     "camera", ["webcam", "global shutter", "stamped at arrival", "stamped at the beginning"]
 )

@@ -122,6 +122,47 @@ def test_a_displaced_first_frame_is_reported() -> None:
     assert swapped(sheared, rest + bump(rest) * [0.3 * PITCH, 0.0]) == 0
 
 
+def sheared(pitches: float, angle: float = 0.0) -> float:
+    """Shear a contact by so many pitches a frame; return what the tracker says of its worst."""
+    rest, tracker = grid(), MarkerTracker(grid())
+    along = PITCH * np.array([np.cos(angle), np.sin(angle)])
+    worst = 0.0
+    for frame in range(4):
+        tracker.update(rest + bump(rest, 2.0) * along * pitches * frame)
+        worst = max(worst, tracker.outrun_pitches)
+    return worst
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_markers_that_move_too_far_between_frames_are_noticed(angle: float) -> None:
+    assert [sheared(pitches, angle) for pitches in (0.1, 0.2, 0.3)] == [0, 0, 0]
+    assert all(sheared(pitches, angle) > 0.15 for pitches in (0.6, 0.7, 0.8, 0.9, 1.0))
+
+
+def test_a_jump_of_more_than_half_a_pitch_is_noticed_until_all_are_found_again() -> None:
+    rest, tracker = grid(), MarkerTracker(grid())
+    tracker.update(rest)
+    low, high = rest.min() - PITCH / 2, rest.max(axis=0) + PITCH / 2
+    moved = rest + np.array([0.57 * PITCH, 0.0])
+    seen = moved[((moved > low) & (moved < high)).all(axis=1)]
+    tracker.update(seen)
+    assert tracker.outrun_pitches > 0.4
+    tracker.update(seen)
+    assert tracker.outrun_pitches > 0.4
+    tracker.update(rest)
+    tracker.update(rest)
+    assert tracker.outrun_pitches == 0
+
+
+def test_markers_that_an_object_covers_are_not_outrun() -> None:
+    rest, tracker = grid(), MarkerTracker(grid())
+    tracker.update(rest)
+    covered = np.hypot(*(rest - rest.mean(axis=0)).T) < 2 * PITCH
+    tracker.update(rest[~covered] + 0.05 * PITCH)
+    assert tracker.seen.mean() < 0.95
+    assert tracker.outrun_pitches == 0
+
+
 def test_a_stretched_lattice_shows_a_contact_and_an_irregular_print_does_not() -> None:
     rng, rest = np.random.default_rng(1), grid(16, 14)
     outward = (rest - rest.mean(axis=0)) * bump(rest, 2.0)

@@ -188,3 +188,18 @@ def test_frames_without_a_visible_marker_give_an_unknown_state() -> None:
     for number in range(3):
         state = pipeline.process(replace(shown, pixels=hidden, timestamp_s=number / 30))[SlipState]
         assert (state.state, state.degree) == ("unknown", 0.0)
+
+
+def test_unrelated_images_and_markers_that_moved_too_far_show_no_slip() -> None:
+    alone = Frame(np.zeros((*SHAPE, 3), np.uint8), ("red", "green", "blue"), 0.1, standalone=True)
+    ids, places = np.arange(4, dtype=np.int32), np.zeros((4, 2), np.float32)
+    outrun = MarkerField(ids, places, places, np.ones(4, np.bool_), 0.1, outrun=True)
+    slip = Slip(Slip.Options(), CONTEXT)
+    for seen in ({"frame": alone}, {"markers": outrun}):
+        found = slip.estimate(KNOWN, WARNS, SLID, None, None, **seen)  # type: ignore[arg-type]
+        assert found.state == "unknown"
+        assert found.reason
+        assert found.warnings() == (f"slip is unknown: {found.reason}",)
+    released = contact("height", absolute=True, touched=False)
+    assert slip.estimate(released, HELD, STILL, None, None, frame=alone).state == "none"
+    assert slip.estimate(KNOWN, HELD, STILL, None, None).warnings() == ()

@@ -1,3 +1,4 @@
+import hashlib
 import os
 import shutil
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from support.bundles_on_disk import edit
 from support.virtual_lab import VirtualLab
 
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
-from tactile_core.bundles.manifest import FORMAT, Manifest, write_manifest
+from tactile_core.bundles.manifest import FORMAT, Manifest, read_manifest, write_manifest
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 
@@ -202,6 +203,20 @@ def test_a_named_file_that_is_gone_or_changed_is_refused(copy: Path, name: str, 
     else:
         (copy / name).write_bytes((copy / name).read_bytes() + b" ")
     with pytest.raises(CalibrationError, match=f"{name} is not the file that was written"):
+        Bundle.load(copy)
+
+
+@pytest.mark.parametrize("name", ["../outside", "light/../../outside", "{absolute}"])
+def test_a_file_outside_of_the_folder_is_none_of_the_bundle(copy: Path, name: str) -> None:
+    outside = copy.parent / "outside"
+    outside.write_bytes(b"whatever it holds")
+    manifest = read_manifest(copy)
+    files = manifest.files | {
+        name.format(absolute=outside): hashlib.sha256(b"whatever it holds").hexdigest()
+    }
+    listed = manifest.model_copy(update={"files": files, "content_hash": ""})
+    edit(copy, files=files, content_hash=listed.fingerprint())
+    with pytest.raises(CalibrationError, match="outside is not the file that was written"):
         Bundle.load(copy)
 
 

@@ -60,6 +60,7 @@ def test_weights_become_normal_forces(tmp_path: Path) -> None:
         ("frame,fz_n\n0,1\n0,2\n", "'0' has several lines"),
         ("file,fz_n\n,1\n", "'file' is empty"),
         ("time_s,fz_n\n1,1\n0,2\n", "time_s must increase"),
+        ("time_s,fz_n\n0,1\n1,1\n1,2\n", "time_s must increase"),
         ('frame,fz_n\n0,"1\n', "not CSV"),
     ],
 )

@@ -92,7 +92,7 @@ def _of_the_output(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
     stderr, data = _text(outcome.stderr), _text(outcome.stdout)
     if noise := _NOISE.search(stderr):
         yield f"noise on stderr: {plain(_line_at(stderr, noise.start()))}"
-    if _BUG in stderr and not all(name in stderr for name in attempt.named or ("\x00",)):
+    if _BUG in stderr and not all(name in stderr for name in attempt.blamed or ("\x00",)):
         yield f"this is a bug: {outcome.report.get('place', plain(stderr))}"
     count = len(_MESSAGE.findall(stderr))
     several = attempt.words[:1] == ["validate"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from support.watching import until
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.calibration.guided.session import GuidedCalibration
-from tactile_core.errors import CameraLost, InputError
+from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.live.commands import (
     Calibrate,
     Compare,
@@ -30,9 +31,11 @@ from tactile_core.live.commands import (
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
+from tactile_core.live.snapshot import new_path
 from tactile_core.live.truth import true_quantities
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference, Wrench
+from tactile_core.recordings.running_recording import RunningRecording
 
 
 def done(desk: Desk, command: Any) -> str:
@@ -232,6 +235,136 @@ def test_a_recording_is_not_calibrated_live(desk: Desk) -> None:
     with pytest.raises(InputError, match="no calibration is under way"):
         done(desk, Finish(do="finish"))
     assert "ended" in done(desk, Calibrate(do="calibrate", on=False))
+
+
+@pytest.mark.parametrize("unknown", [None, 0.0])
+def test_a_ball_of_unknown_size_is_asked_for(virtual: Desk, unknown: float | None) -> None:
+    with pytest.raises(InputError, match="give the diameter of the ball in mm"):
+        done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=unknown))
+    assert virtual.guiding.state == ""
+    assert not list(virtual.live.out.glob("*.mcap"))
+
+
+def test_a_calibration_without_a_reference_leaves_no_recording(
+    virtual: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(frames: int) -> Reference:
+        raise CameraLost("the camera was unplugged")
+
+    monkeypatch.setattr(virtual.live.sensor, "capture_reference", lost)
+    begun = recordings_of(virtual, monkeypatch)
+    with pytest.raises(CameraLost, match="unplugged"):
+        done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0))
+    assert virtual.guiding.state == ""
+    assert all(recording.is_closed for recording in begun)
+
+
+def recordings_of(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[RunningRecording]:
+    """Return a list to which every recording is added that begins from now on."""
+    begun: list[RunningRecording] = []
+    record = desk.live.sensor.record
+
+    def recorded(path: Path) -> RunningRecording:
+        begun.append(record(path))
+        return begun[-1]
+
+    monkeypatch.setattr(desk.live.sensor, "record", recorded)
+    return begun
+
+
+def test_what_a_page_began_is_carried_out_and_shown_if_it_leaves(
+    virtual: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = recordings_of(virtual, monkeypatch)
+
+    async def leave(command: Any, recordings: int) -> None:
+        task = asyncio.ensure_future(virtual.do(command))
+        await asyncio.to_thread(until, lambda: len(begun) == recordings)
+        task.cancel()
+
+    asyncio.run(leave(Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0), 1))
+    until(lambda: virtual.status()["calibration"] == "pressing")
+    asyncio.run(leave(Record(do="record", on=True), 2))
+    until(lambda: virtual.status()["recording"])
+    assert "ended" in done(virtual, Calibrate(do="calibrate", on=False))
+    assert "Recorded" in done(virtual, Record(do="record", on=False))
+    assert all(recording.is_closed for recording in begun)
+
+
+def test_two_pages_begin_one_calibration_and_one_recording(
+    virtual: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = recordings_of(virtual, monkeypatch)
+
+    async def both(command: Any) -> list[Any]:
+        return await asyncio.gather(
+            *(virtual.do(command) for _ in range(2)), return_exceptions=True
+        )
+
+    calibrate = Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0)
+    (second,) = [one for one in asyncio.run(both(calibrate)) if isinstance(one, InputError)]
+    assert "under way" in str(second)
+    asyncio.run(both(Record(do="record", on=True)))
+    assert len(begun) == 2
+    done(virtual, Calibrate(do="calibrate", on=False))
+    done(virtual, Record(do="record", on=False))
+    assert all(recording.is_closed for recording in begun)
+
+
+def test_two_pages_save_two_snapshots_in_one_second(desk: Desk) -> None:
+    async def both() -> list[str]:
+        return await asyncio.gather(*(desk.do(Snapshot(do="snapshot")) for _ in range(3)))
+
+    folders = {Path(said.removeprefix("Saved in ")) for said in asyncio.run(both())}
+    assert len(folders) == 3
+    assert all(list(folder.glob("*.npz")) for folder in folders)
+
+
+def test_names_of_new_files_are_never_given_twice(tmp_path: Path) -> None:
+    assert len({new_path(tmp_path, "one", ".mcap") for _ in range(5)}) == 5
+
+
+def test_a_calibration_that_is_fitted_is_not_ended(
+    virtual: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits, seen = threading.Event(), threading.Event()
+
+    def slow(self: GuidedCalibration, folder: Path) -> Any:
+        fits.set()
+        seen.wait(20)
+        raise CalibrationError("no press was kept, so there is nothing to calibrate on")
+
+    monkeypatch.setattr(GuidedCalibration, "finish", slow)
+    done(virtual, Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0))
+
+    async def fitted() -> None:
+        fitting = asyncio.ensure_future(virtual.do(Finish(do="finish")))
+        await asyncio.to_thread(fits.wait, 20)
+        with pytest.raises(InputError, match="being fitted"):
+            await virtual.do(Calibrate(do="calibrate", on=False))
+        assert virtual.status()["calibration"] == "fitting"
+        seen.set()
+        with pytest.raises(CalibrationError):
+            await fitting
+
+    asyncio.run(fitted())
+    assert virtual.status()["calibration"] == "pressing"
+
+
+def test_nobody_waits_for_a_camera_that_is_lost(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*given: Any) -> Any:
+        raise CameraLost("the camera was unplugged")
+
+    with monkeypatch.context() as unplugged:
+        unplugged.setattr(desk.live.sensor, "acquire", lost)
+        unplugged.setattr(desk.live.sensor, "open", lost)
+        until(lambda: desk.live.failure)
+        for command in (Record(do="record", on=True), TakeReference(do="reference", frames=1)):
+            with pytest.raises(DeviceError, match="unplugged"):
+                done(desk, command)
+    assert desk.status()["recording"] is None
 
 
 def test_an_implausible_ball_is_refused_and_nothing_stays_open(virtual: Desk) -> None:

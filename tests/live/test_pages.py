@@ -141,6 +141,33 @@ def test_the_mouse_moves_an_object_on_a_virtual_sensor(
         assert tab.errors == []
 
 
+def test_an_undeformed_gel_looks_flat(virtual: Desk, new_tab: Callable[..., Tab]) -> None:
+    with LivePage([virtual], TOKEN) as page:
+        tab = new_tab().open(page)
+        tab.wait(lambda: "heights" in tab.text(".solid-note"))
+        assert float(tab.text(".solid-note").removeprefix("heights × ")) <= 10
+
+
+def test_a_page_that_is_loaded_again_shows_and_ends_the_calibration(
+    virtual: Desk, new_tab: Callable[..., Tab]
+) -> None:
+    with LivePage([virtual], TOKEN) as page:
+        tab = new_tab().open(page)
+        tab.press("Calibrate")
+        assert tab.tab.locator(".ball").input_value() == ""
+        tab.press("Begin")
+        tab.said("give the diameter of the ball")
+        tab.tab.locator(".ball").fill("6")
+        tab.press("Begin")
+        tab.wait(lambda: virtual.guiding.state)
+        tab.tab.reload()
+        tab.wait(lambda: tab.tab.get_by_role("button", name="End without saving").is_enabled())
+        tab.press("End without saving")
+        tab.said("The calibration has ended")
+        assert virtual.under_way == ""
+        assert tab.errors == []
+
+
 def test_two_sensors_are_on_one_page(
     virtual: Desk, desk: Desk, new_tab: Callable[..., Tab]
 ) -> None:

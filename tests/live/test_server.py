@@ -358,3 +358,18 @@ def test_it_listens_on_this_machine_only(page: LivePage) -> None:
     for address in {one for one in others if isinstance(one, str) and not one.startswith("127.")}:
         with pytest.raises(ConnectionRefusedError):
             socket.create_connection((address, page.port), timeout=1)
+
+
+def test_what_goes_on_without_a_page_is_said(desk: Desk) -> None:
+    pytest.importorskip("mcap", reason="the extra 'record' is not installed")
+    said: list[str] = []
+    with LivePage([desk], TOKEN, say=said.append) as page:
+        with watching(page.address) as watcher:
+            watcher.ask(do="tare")
+        with watching(page.address) as watcher:
+            watcher.ask(do="record", on=True)
+        (sentence,) = until(lambda: said)
+        assert "the recording of virtual_lab goes on" in sentence
+        with watching(page.address) as watcher:
+            assert watcher.hello["status"]["recording"] is not None
+            assert "Recorded" in watcher.ask(do="record", on=False)["done"]

@@ -64,6 +64,28 @@ def test_what_is_wrong_is_a_warning_that_says_what_to_do(
     assert ";" in message
 
 
+def test_a_shorter_exposure_is_a_change_as_well() -> None:
+    finding = stream(exposures_s=(0.02, 0.01)).exposure_time()
+    assert finding.verdict == "warning"
+    assert "from 20.0 ms to 10.0 ms" in finding.message
+
+
+def test_an_observation_under_six_lights_may_take_six_times_as_long() -> None:
+    """Half an observation passes between its middle and its end, and each light waits for one."""
+
+    def latency(lights: int) -> str:
+        health = CameraHealth(live=True)
+        settings = [Settings(0.01, None)] * lights
+        for now_s in (0.0, 5.0):
+            counts = StreamStatistics(received=int(30 * now_s), rate_hz=RATE_HZ)
+            health.add(counts, None, settings, now_s)
+            health.add_reading(0.4, 0.02)
+        return health.latency().verdict
+
+    assert latency(1) == "warning"
+    assert latency(6) == "ok"
+
+
 def test_a_camera_of_unknown_rate_is_compared_with_its_best() -> None:
     health = CameraHealth(live=True)
     for now_s, rate_hz in ((0.0, 900.0), (3.0, 25.0), (6.0, 12.0)):
@@ -92,7 +114,7 @@ def test_old_faults_are_forgotten() -> None:
 
 def test_a_camera_that_was_opened_again_is_counted_from_there() -> None:
     health = CameraHealth(live=True)
-    for now_s, received, torn in ((0.0, 0, 0), (5.0, 150, 50), (6.0, 10, 0), (7.0, 40, 0)):
+    for now_s, received, torn in ((0.0, 90, 40), (5.0, 150, 50), (6.0, 10, 0), (7.0, 40, 0)):
         health.add(StreamStatistics(received, torn=torn, rate_hz=30.0), None, (), now_s)
     assert (health.torn().value, health.torn().verdict) == (0, "ok")
 

@@ -135,6 +135,7 @@ class Dataset(Sink):
 
     def _write(self, rows: RowFile) -> None:
         count, fps = len(self._times_s), self._settings.fps or _fps(self._times_s)
+        ticks = _ticks(self._times_s, fps)
         counted = [k for k, f in self._features.items() if f.varies or f.rows < count]
         for key in counted:
             self._features[f"{key}.count"] = Feature(np.dtype(np.int64), ())
@@ -145,7 +146,8 @@ class Dataset(Sink):
         writer: pq.ParquetWriter | None = None
         try:
             for begin, group in _groups(rows):
-                table = self._table(begin, group, fps, counted, statistics)
+                seconds = ticks[begin : begin + len(group)] / fps
+                table = self._table(begin, group, seconds, counted, statistics)
                 if writer is None:
                     writer = pq.ParquetWriter(data, table.schema)
                 writer.write_table(table)
@@ -164,7 +166,7 @@ class Dataset(Sink):
         self,
         begin: int,
         group: list[Row],
-        fps: int,
+        seconds: NDArray[np.float64],
         counted: list[str],
         statistics: dict[str, Statistics],
     ) -> pa.Table:
@@ -190,7 +192,7 @@ class Dataset(Sink):
                     if flat.size:
                         statistics.setdefault(key, Statistics(components_shape)).add(flat)
         numbers = np.arange(begin, begin + len(group))
-        indices = {"timestamp": numbers / fps, "frame_index": numbers, "index": numbers}
+        indices = {"timestamp": seconds, "frame_index": numbers, "index": numbers}
         for name, dtype in metadata.INDICES.items():
             column = indices.get(name, np.zeros(len(group))).astype(dtype)
             columns[name] = pa.array(column)
@@ -247,6 +249,17 @@ def _fps(times_s: list[float]) -> int:
     steps = np.diff(times_s)
     steps = steps[steps > 0]
     return max(1, round(1 / float(np.median(steps)))) if len(steps) else _NOMINAL_FPS
+
+
+def _ticks(times_s: list[float], fps: int) -> NDArray[np.int64]:
+    """Return the time of each frame in periods of the rate, so that a gap stays one.
+
+    LeRobot expects multiples of the period where no frame is missing, not the camera's jitter.
+    """
+    # rising, whatever the jitter: number n is at least one more than the one before
+    numbers = np.arange(len(times_s))
+    nearest = np.rint((np.array(times_s) - times_s[0]) * fps).astype(np.int64)
+    return np.asarray(np.maximum.accumulate(nearest - numbers) + numbers)
 
 
 def _groups(rows: RowFile) -> Iterator[tuple[int, list[Row]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,17 @@ def test_numbers_units_and_axes_are_those_of_the_readings(tmp_path: Path) -> Non
     ]
     assert info(path)["fps"] == 20
     assert table["timestamp"].to_pylist() == pytest.approx([0, 0.05, 0.1])
+
+
+def test_a_gap_stays_a_gap_and_jitter_does_not_show(tmp_path: Path) -> None:
+    jitter_s = (0.0, 0.004, -0.006, 0.003, 0.0)
+    taken = [
+        replace(one, frame=replace(one.frame, timestamp_s=one.frame.timestamp_s + late_s))
+        for one, late_s in zip(map(reading, (0, 1, 2, 43, 44)), jitter_s, strict=True)
+    ]
+    table = frames(dataset(tmp_path, *taken))
+    assert table["timestamp"].to_pylist() == pytest.approx([0, 0.05, 0.1, 2.15, 2.2])
+    assert table["frame_index"].to_pylist() == table["index"].to_pylist() == [0, 1, 2, 3, 4]
 
 
 def test_a_jpeg_stays_the_camera_s_own_bytes(tmp_path: Path) -> None:

@@ -286,6 +286,9 @@ class TrackerParameters(NamedTuple):
     small_motion_pitches : float, pitches
         A larger smooth displacement in the first frame means that it does not show the reference.
         Source: chosen by hand; no script derives it.
+    found_again : float, share of the markers seen before
+        With so many, a motion that was too fast to be followed is understood again.
+        Source: a row of markers at the border of the view is more than is missing then.
     """
 
     momentum: float = 0.7
@@ -297,6 +300,7 @@ class TrackerParameters(NamedTuple):
     step_uncertainty: float = 2.0
     displacement_uncertainty: float = 3.0
     small_motion_pitches: float = 0.1
+    found_again: float = 0.95
 
 
 NEIGHBOURHOOD = NeighbourhoodParameters()

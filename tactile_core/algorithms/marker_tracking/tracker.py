@@ -9,6 +9,7 @@ from tactile_core.algorithms.marker_tracking.confidence import Confidence
 from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.hypotheses import best_explanation
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
+from tactile_core.algorithms.marker_tracking.outrun import outrun_pitches
 from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
 from tactile_core.algorithms.marker_tracking.small_motion import matched, steady
@@ -42,6 +43,9 @@ class MarkerTracker:
     lost : bool
         True if too few markers were matched in the last frame; ``px`` is then that of an earlier
         frame.
+    outrun_pitches : float
+        By how much of their pitch markers moved at least when they moved too far to be followed;
+        0 if they did not, or nearly all of them were found again since.
     began_displaced : bool or None
         Whether the first frame showed displaced markers, or none that match the reference. None
         before the first frame.
@@ -63,6 +67,8 @@ class MarkerTracker:
         self.px = self.reference_px.copy()
         self.seen = np.zeros(count, np.bool_)
         self.lost = False
+        self.outrun_pitches = 0.0
+        self._seen_until_outrun = 0
         self.began_displaced: bool | None = None
         self._tracked = self.seen
         self._complete = False
@@ -79,17 +85,27 @@ class MarkerTracker:
         if self._around is None:
             self.lost = True
             return
+        before_px, seen_before = self.px, self.seen
+        self._follow(found_px, self._around)
+        outrun = outrun_pitches(self.px - before_px, seen_before, self.seen, self._around.pitch_px)
+        if not self.outrun_pitches:
+            self._seen_until_outrun = int(np.count_nonzero(seen_before))
+        elif np.count_nonzero(self.seen) >= TRACKER.found_again * self._seen_until_outrun:
+            self.outrun_pitches = 0.0  # a surface that was matched wrongly is torn somewhere
+        self.outrun_pitches = max(self.outrun_pitches, outrun)
+
+    def _follow(self, found_px: Array, around: Neighbourhood) -> None:
         if self._complete:
-            followed = steady(self._around, self.px, self._momentum_px, found_px)
+            followed = steady(around, self.px, self._momentum_px, found_px)
             if followed is not None:
                 self.px, self._momentum_px = followed
                 self.seen = self._tracked
                 return
         scene = Scene(
-            self._around,
+            around,
             found_px,
-            self._in_view(self._around.pitch_px),
-            self._around.spacing_px(self.px),
+            self._in_view(around.pitch_px),
+            around.spacing_px(self.px),
             self._uncertainty_px,
         )
         owner, smooth = self._matched(scene)
@@ -101,10 +117,10 @@ class MarkerTracker:
             self.seen = self._tracked = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
-            self._accept(scene, self._around, owner, smooth)
+            self._accept(scene, around, owner, smooth)
         self._complete = bool(self._tracked.all()) and self._confidence.complete
         if self.began_displaced is None:
-            self.began_displaced = self.lost or self._displaced(self._around)
+            self.began_displaced = self.lost or self._displaced(around)
 
     def _matched(self, scene: Scene) -> tuple[Intp, bool]:
         """Matches of all markers, and whether the motion is smooth."""

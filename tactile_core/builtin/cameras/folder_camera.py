@@ -22,7 +22,7 @@ from tactile_core.interfaces.streaming.encoded_image import TornImage, wall_time
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
-from tactile_core.recordings.recording import natural_order
+from tactile_core.recordings.file_names import sorted_by_name
 
 
 class FolderOptions(Options):
@@ -134,11 +134,9 @@ class FolderSource(ImageSource):
         began_s = time.monotonic()
         listed = self._listed()
         new = [name for name, version in listed.items() if self._seen.get(name) != version]
-        if self._options.order == "name":
-            new.sort(key=natural_order)
-        else:
-            new.sort(key=lambda name: (listed[name].changed_ns, natural_order(name)))
-        self._found = new
+        self._found = sorted_by_name(new, str)
+        if self._options.order != "name":
+            self._found.sort(key=lambda name: listed[name].changed_ns)
         self._seen = {name: seen for name, seen in self._seen.items() if name in listed}
         if not new:
             self._pause(max(self._options.interval_s, 9 * (time.monotonic() - began_s)))

@@ -179,7 +179,7 @@ class GuidedCalibration:
         if self._touches.ended_restless:
             self._attempts += 1
             self._refuse("the ball was never still; press, and hold it still until I say 'lift'")
-        if still is not None and self._quiet >= SESSION.quiet_frames and not self._done:
+        if still is not None and self._quiet >= SESSION.quiet_frames and not self._enough:
             self._judge(still)
             self._collect()
         return self._guidance(change)
@@ -287,17 +287,20 @@ class GuidedCalibration:
         return self._coverage.surface(kept), self._coverage.slopes(kept)
 
     @property
-    def _done(self) -> bool:
+    def _enough(self) -> bool:
+        """Whether no further press is examined: what is being examined counts as kept."""
         kept = len(self._circles)
-        if self._examined or kept < SESSION.enough_presses:
+        if kept + len(self._examined) >= SESSION.most_presses:
+            return True
+        if kept < SESSION.enough_presses:
             return False
-        if kept >= SESSION.most_presses or self._attempts >= SESSION.most_attempts:
+        if self._attempts >= SESSION.most_attempts:
             return True
         complete = self._coverage.is_complete(list(self._circles.values()))
         return complete and not still_helps(self._errors_deg)
 
     def _guidance(self, change: Change) -> Guidance:
-        done, touching = self._done, self._touches.touching
+        done, touching = self._enough and not self._examined, self._touches.touching
         state, say = self._advice(done=done)
         x, y = change.middle_px
         return Guidance(
@@ -329,6 +332,8 @@ class GuidedCalibration:
             if self._refused:
                 return "lift", f"Not kept: {self._refused}. Lift the ball."
             return "lift", "Lift the ball." if self._examined else "Kept. Lift the ball."
+        if self._enough:
+            return "lift", "Lift the ball: the last press is being examined."
         if self._touches.touching:
             return "hold", "Press until the imprint fills the ring, and hold still."
         before = f"Not kept: {self._refused}. " if self._refused else ""

@@ -4,7 +4,7 @@ import { SEQUENTIAL } from "./colours.js";
 import { Connection } from "./connection.js";
 import { Guided } from "./guided.js";
 import { Hand } from "./hand.js";
-import { MapView, Range, readMap } from "./map_view.js";
+import { MapView, RISE, Range, readMap } from "./map_view.js";
 import { readMessage } from "./message.js";
 import { drawOverlays, fitted, themeColours } from "./overlay.js";
 import { History, Plot, shownNumber } from "./plot.js";
@@ -102,7 +102,7 @@ export class Card {
     this.last = { message, header, map, size, picture };
     this.#drawCamera(colours);
     if (map) {
-      this.range.follow(map);
+      this.range.follow(map, size[0] * header.mm_per_px);
       const note = this.relief.draw(map, this.range, size, { overlays: header.overlays, message, colours });
       if (received - this.solidMs > SOLID_MS) this.#drawSolid(received);
       this.mapNote = note;
@@ -228,7 +228,7 @@ export class Card {
     const { low, high } = this.range;
     this.at(".low").textContent = shownNumber(low, map.unit);
     this.at(".high").textContent = shownNumber(high, map.unit);
-    const rise = map.kind === "surface" ? 0.22 * header.size[0] * header.mm_per_px / (high - low) : 0;
+    const rise = map.kind === "surface" ? RISE * header.size[0] * header.mm_per_px / (high - low) : 0;
     this.at(".solid-note").textContent = rise ? `heights × ${rise.toFixed(rise < 10 ? 1 : 0)}` : "";
     this.relief.canvas.setAttribute("aria-label", `Map of ${map.title}, from ${shownNumber(map.low, map.unit)} to ${shownNumber(map.high, map.unit)}`);
     this.#drawColours(map);

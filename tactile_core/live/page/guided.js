@@ -19,7 +19,7 @@ export class Guided {
   }
 
   get ballMm() {
-    return Number(this.at(".ball").value);
+    return Number(this.at(".ball").value) || null;
   }
 
   show(status, number, colours) {
@@ -33,7 +33,7 @@ export class Guided {
     report.hidden = !status.report;
     report.href = `report/${number}`;
     const say = this.at(".say");
-    const words = calibration === "fitting" ? "Fitting; this takes some seconds." : guidance ? guidance.say : calibration ? "Looking at the gel." : READY;
+    const words = calibration === "fitting" ? "Fitting; this takes some seconds." : calibration === "beginning" ? "Keep your hands off the gel: a reference is taken." : guidance ? guidance.say : calibration ? "Looking at the gel." : READY;
     if (say.textContent !== words) say.textContent = words;
     say.dataset.state = guidance?.state ?? "";
     this.at(".guided-state").hidden = !guidance;

@@ -4,20 +4,22 @@ import { DIVERGING, SEQUENTIAL, colourMap, shadeRelief } from "./colours.js";
 import { drawArrows, drawOverlays, fitted, magnification } from "./overlay.js";
 
 const CALM = 0.97; // share of the range that is kept from one picture to the next
+export const RISE = 0.22; // height of the range in three dimensions, as a share of the map's width
+const MOST_TIMES = 10; // larger than life: a gel's noise of some hundredths of a millimetre stays flat
 
 export function readMap(described, message) {
   const [height, width] = described.values.shape;
   return { ...described, values: message.array(described.values), width, height };
 }
 
-// The range of colours: never narrower than noise, and without jumps.
+// The range of colours: never so narrow that noise looks like relief, and without jumps.
 export class Range {
   constructor() {
     this.key = "";
   }
 
-  follow(map) {
-    const least = map.kind === "surface" ? (map.mm_per_px || 0.02) * 2 : 1e-9;
+  follow(map, widthMm) {
+    const least = map.kind === "surface" ? (RISE * widthMm) / MOST_TIMES : 1e-9;
     let low = map.kind === "scalars" ? map.low : Math.min(map.low, 0);
     let high = Math.max(map.high, low + least);
     if (this.key === map.key) {

@@ -1,9 +1,9 @@
 // A map in three dimensions, drawn by a small rasteriser of our own: no library, and no GPU needed.
 
+import { RISE } from "./map_view.js";
 import { fitted } from "./overlay.js";
 
 const ACROSS = 100; // nodes along the longer side
-const RISE = 0.22; // height of the range on the screen, relative to the width of the map
 const START = { turn: -0.55, tilt: 0.95 };
 
 export class SolidView {

@@ -14,6 +14,7 @@ import pytest
 from benchmarks.guided_calibration import Played, play
 from experiments.virtual_hand import VirtualHand
 from tactile_core.acquisition.acquisition import average
+from tactile_core.calibration.guided import session as guided_session
 from tactile_core.calibration.guided.background import AtOnce
 from tactile_core.calibration.guided.examination import Verdict
 from tactile_core.calibration.guided.session import GuidedCalibration
@@ -106,6 +107,38 @@ def test_a_killed_process_is_said_in_words_and_the_session_is_not_lost(
     monkeypatch.setattr(AtOnce, "examine", killed)
     with pytest.raises(ChildProcessError, match=r"killed.*'tactile calibrate --presses'"):
         play(hand, guided, most=len(hand.attempts) + 4)
+
+
+def test_presses_that_are_still_examined_count(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who presses faster than presses are examined is not led on for ever."""
+    fewest = guided_session.SESSION._replace(most_presses=3)
+    monkeypatch.setattr(guided_session, "SESSION", fewest)
+    hand = VirtualHand("desktop_three_colour", 201, SMALL, bad_share=0.0)
+    reference = average(list(hand.idle(5)))
+    guided = GuidedCalibration(hand.profile, reference, 2 * hand.ball_mm, at_once=True)
+    behind: list[tuple[Future[Verdict], Future[Verdict]]] = []
+    at_once = AtOnce.examine
+
+    def late(self: AtOnce, name: str, frame: Frame) -> Future[Verdict]:
+        """Give the verdict of a press when the one after it is examined."""
+        finish_last()
+        behind.append((Future(), at_once(self, name, frame)))
+        return behind[-1][0]
+
+    def finish_last() -> None:
+        if behind and not behind[-1][0].done():
+            behind[-1][0].set_result(behind[-1][1].result())
+
+    monkeypatch.setattr(AtOnce, "examine", late)
+    played = play(hand, guided, most=7)
+    assert len(behind) == 3
+    assert played.good_kept == 2
+    finish_last()
+    (guidance,) = [guided.feed(frame) for frame in hand.idle(1)]
+    assert guidance.done
+    assert guidance.kept == 3
 
 
 def test_a_killed_fit_is_said_in_words(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

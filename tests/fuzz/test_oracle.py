@@ -1,0 +1,40 @@
+"""What the harness of bad inputs takes for a broken promise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fuzz.attempt import Attempt
+from fuzz.oracle import broken_promises
+from fuzz.process import Outcome
+from fuzz.sandbox import Sandbox
+
+BLAMES = "tactile: the camera fuzzed.camera raised Abort in read() (this is a bug of fuzzed)\n"
+OURS = "tactile: KeyError (this is a bug; please report it)\n"
+
+
+def broken(tmp_path: Path, stderr: str, **attempt: object) -> list[str]:
+    """Return the promises that a refusal with this message breaks."""
+    (tmp_path / "corpus").mkdir()
+    box = Sandbox(tmp_path / "box", tmp_path / "corpus")
+    before = box.listing()
+    outcome = Outcome(1, b"", stderr.encode(), {}, 0.1, 1.0, hung=False)
+    made = Attempt(["run", "mine.yaml"], codes=frozenset({1}), **attempt)  # type: ignore[arg-type]
+    return list(broken_promises(made, before, box, [outcome]))
+
+
+@pytest.mark.parametrize("named", [(), ("fuzzed",)])
+def test_a_message_may_call_it_a_bug_of_the_faulty_plugin(
+    tmp_path: Path, named: tuple[str, ...]
+) -> None:
+    assert broken(tmp_path, BLAMES, named=named, blamed=("fuzzed",)) == []
+
+
+@pytest.mark.parametrize("blamed", [(), ("fuzzed",)])
+def test_no_message_may_be_about_a_bug_of_ours(tmp_path: Path, blamed: tuple[str, ...]) -> None:
+    assert any("this is a bug" in one for one in broken(tmp_path, OURS, blamed=blamed))
+
+
+def test_a_refusal_names_what_it_must(tmp_path: Path) -> None:
+    assert any("does not name peak" in one for one in broken(tmp_path, BLAMES, named=("peak",)))

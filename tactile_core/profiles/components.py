@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
-from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, create_model
 
+from tactile_core.algorithms.annotations import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
 from tactile_core.plugins.blame import blame
@@ -178,7 +178,7 @@ def _declared(model: type[BaseModel], key: str) -> Any:
 def _with_paths(node: Node, annotation: Any) -> Any:
     """Return plain values in which options declared as paths are absolute."""
     if isinstance(node.value, tuple):
-        args = get_args(annotation)
+        args = next((found for one in parts(annotation).members if (found := get_args(one))), ())
         return [_with_paths(item, args[0] if args else None) for item in node.value]
     if isinstance(node.value, str) and _is_path(annotation, node.value):
         return str(node.place.file.parent.resolve() / expanded(node.value))
@@ -186,11 +186,10 @@ def _with_paths(node: Node, annotation: Any) -> Any:
 
 
 def _is_path(annotation: Any, text: str) -> bool:
-    if get_origin(annotation) in (Union, UnionType):
-        options = get_args(annotation)
-        words = [word for o in options if get_origin(o) is Literal for word in get_args(o)]
-        return text not in words and any(_is_path(option, text) for option in options)
-    return isinstance(annotation, type) and issubclass(annotation, Path)
+    options = parts(annotation).members
+    words = [word for o in options if get_origin(o) is Literal for word in get_args(o)]
+    paths = [o for o in options if isinstance(o, type) and issubclass(o, Path)]
+    return bool(paths) and text not in words
 
 
 def _at(settings: dict[str, Any], keys: Keys) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, field_validator, model_validator
+from typing_extensions import TypeAliasType
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
@@ -28,8 +29,14 @@ class Layer(BaseModel):
     size: int
 
 
+Folder = TypeAliasType("Folder", Path)
+Stack = TypeAliasType("Stack", list[Layer])
+
+
 class Net(Estimator):
     class Options(Options):
+        place: Folder | None = None
+        stack: Stack = []
         weights: Path
         more: list[Path] = []
         table: Path | Literal["auto"] | None = "auto"
@@ -86,12 +93,16 @@ def test_options_that_are_paths_are_relative_to_the_profile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write(tmp_path, "    weights: ../cnn.onnx\n    more: [a, /b]\n    table: t\n    title: x.y\n")
+    write(
+        tmp_path,
+        "    weights: ../cnn.onnx\n    more: [a, /b]\n    table: t\n    title: x.y\n    place: p\n",
+    )
     options = load_profile("lab/p.yaml").estimators["height"].options
     assert Path(options["weights"]).resolve() == tmp_path / "cnn.onnx"
     assert options["more"] == [str(tmp_path / "lab" / "a"), "/b"]
     assert options["table"] == str(tmp_path / "lab" / "t")
     assert options["title"] == "x.y"
+    assert options["place"] == str(tmp_path / "lab" / "p")
 
 
 @pytest.mark.usefixtures("nets")

@@ -21,7 +21,9 @@ from tactile_core.quantities import (
     SlipState,
 )
 from tactile_core.quantities.on_demand import grid_of
-from tactile_core.quantities.slip import SlipName
+
+_UNSEEN = "neither markers nor texture show how the gel surface moves"
+_UNSETTLED = "the load is not known, and no contact has settled yet"
 
 
 class _Verdict(NamedTuple):
@@ -109,7 +111,7 @@ class Slip(Estimator):
         touched = bool(np.count_nonzero(grid_of(contact, "mask").cells))
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
-            return SlipState("unknown", 0.0, timestamp_s=time_s)
+            return SlipState("unknown", 0.0, timestamp_s=time_s, why=_UNSEEN)
         if loss is not None and loss.measured and not contact.known:
             return self._by_loss(loss, shear, imprint, evidence, touched=touched)
         if not touched and (contact.known or evidence < 1):
@@ -158,8 +160,9 @@ class Slip(Estimator):
         """Return the state of a contact whose load is not known, from how much of it is lost."""
         if loss.settled < CONTACT_LOSS.weakest:
             self._machine.reset()
-            name: SlipName = "unknown" if touched else "none"
-            return SlipState(name, loss.lost, timestamp_s=loss.timestamp_s)
+            if not touched:
+                return SlipState("none", loss.lost, timestamp_s=loss.timestamp_s)
+            return SlipState("unknown", loss.lost, timestamp_s=loss.timestamp_s, why=_UNSETTLED)
         field = 0.0 if shear is None else shear.degree
         warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
         kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"

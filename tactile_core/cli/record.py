@@ -18,7 +18,7 @@ from tactile_core.cli.options import (
     Simulated,
     TimeoutS,
 )
-from tactile_core.cli.output import print_data, print_json, print_message
+from tactile_core.cli.output import print_data, print_if_fewer, print_json, print_message
 
 
 def record(
@@ -73,12 +73,13 @@ def record(
     ) as sensor:
         for note in sensor.notes if readings else ():
             print_message(f"note: {note}")
-        began_s = monotonic()
+        began_s, interrupted = monotonic(), True
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
             bar.stage("recording", 1.0)
             steps = recorded(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
             for share in steps:
                 bar.fraction(share)
+            interrupted = False
     took_s = monotonic() - began_s
     if recording.failure is not None:
         raise OSError(recording.failure)
@@ -89,6 +90,8 @@ def record(
             f"note: {recording.dropped} images were left out, because the disk was too slow; "
             f"record on a faster one"
         )
+    if seconds is None and not interrupted:
+        print_if_fewer(recording.images + recording.dropped, frames)
     counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
     if as_json:
         print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})

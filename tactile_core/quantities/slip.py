@@ -23,6 +23,8 @@ class SlipState(Quantity):
         ``none`` (no contact), ``stick``, ``incipient`` (the border of the contact slips), ``slip``
         (gross slip of the entire contact) or ``unknown`` (neither markers nor optical flow show the
         motion of the surface, or the load is not known and no contact has settled yet).
+    why : str
+        Why the state is ``unknown``; empty otherwise.
     degree : float
         Share of the contact that slips, or the evidence of it from the imprint: 0 if the entire
         contact sticks, 1 if all of it slips. Where the load is not known and the loss of contact is
@@ -68,12 +70,14 @@ class SlipState(Quantity):
         None
     )
     timestamp_s: TimestampS = 0.0
+    why: Annotated[str, FieldSpec(saved_as="slip_why")] = ""
 
     def summary(self) -> Mapping[str, Any]:
         """Return the entry ``slip``; a step that knows the force fills in the last two values."""
         return {
             "slip": {
                 "state": self.state,
+                "why": self.why,
                 "degree": self.degree,
                 "kind": self.kind,
                 "entropy_bits": self.entropy_bits,

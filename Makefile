@@ -60,7 +60,7 @@ test-pythons: export PATH := $(PATH):$(PYENV)
 test-pythons: .venv/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	@for version in $(FURTHER); do \
-	    $(BIN)/uv python find --quiet --no-python-downloads $$version >/dev/null || { echo "Python $$version: not run, as it is not installed"; continue; }; \
+	    $(BIN)/uv python find --quiet --no-python-downloads $$version >/dev/null 2>&1 || { echo "Python $$version: not run, as it is not installed"; continue; }; \
 	    for versions in highest lowest-direct; do \
 	        echo "Python $$version, $$versions versions"; \
 	        venv=.venv-$$version-$$versions; \

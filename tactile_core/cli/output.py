@@ -98,7 +98,7 @@ def _without_numbers(sentence: str) -> str:
 
 
 def print_if_fewer(came: int, asked: int | None) -> None:
-    """Tell a user who asked for a number of frames that there were no more."""
+    """Report that fewer frames came than the user asked for."""
     if asked is not None and came < asked:
         print_message(
             f"note: only {came} of the {asked} frames of --frames came, because the recording or "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import distributions
 
 _PACKAGES = (
     "opencv-contrib-python",
@@ -16,6 +15,8 @@ _WANTED = "opencv-contrib-python-headless"
 
 def opencv_fault() -> str:
     """Return what is wrong with the installed OpenCV, and the remedy; empty if it is sound."""
+    from importlib.metadata import distributions
+
     try:
         broken = not hasattr(import_module("cv2"), "imdecode")
     except (ImportError, AttributeError):

@@ -77,6 +77,9 @@ def check_components(source: Source) -> Checked:
                 )
             )
         given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
+        for key in _replaced_selectors(source, part, given):
+            given = given.without(key)
+            del _at(settings, keys)[key]
         found = []
         try:
             options = {
@@ -168,6 +171,18 @@ def _lacks_markers(source: Source, use: Node, part: Any) -> bool:
     if source.settings.at(markers) is not None:
         return False
     return not source.inherits(use.place, source.origin(*markers))
+
+
+def _replaced_selectors(source: Source, part: Any, given: Node) -> list[str]:
+    """Return what selects the device of an older profile, where a newer one selects its own."""
+    selectors = {
+        key: given.value[key].place for key in getattr(part, "selectors", ()) if key in given.value
+    }
+    return [
+        key
+        for key, place in selectors.items()
+        if any(source.inherits(place, other) for other in selectors.values())
+    ]
 
 
 def _declared(model: type[BaseModel], key: str) -> Any:

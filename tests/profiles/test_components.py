@@ -105,6 +105,33 @@ def test_options_that_are_paths_are_relative_to_the_profile(
     assert options["place"] == str(tmp_path / "lab" / "p")
 
 
+CAMERA = """\
+schema: 1
+name: bench
+image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
+camera: {use: core.uvc, usb_id: "046d:081b", product: C310, fps: 30}
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "chosen"),
+    [
+        ("fps: 25", {"usb_id", "product"}),
+        ("product: See3CAM", {"product"}),
+        ("serial: A1, port: 1-2", {"serial", "port"}),
+    ],
+)
+def test_a_profile_that_chooses_its_device_drops_the_parents_choice(
+    tmp_path: Path, own: str, chosen: set[str]
+) -> None:
+    (tmp_path / "parent.yaml").write_text(CAMERA, encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"extends: parent.yaml\nname: mine\ncamera: {{{own}}}\n", encoding="utf-8")
+    options = load_profile(path).camera.options
+    assert chosen == {"usb_id", "product", "serial", "port"}.intersection(options)
+    assert "fps" in options
+
+
 @pytest.mark.usefixtures("nets")
 def test_a_literal_option_is_not_taken_for_a_path(tmp_path: Path) -> None:
     options = load_profile(write(tmp_path, "    weights: ~/w\n    table: auto\n")).components

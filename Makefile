@@ -3,7 +3,14 @@ BIN := .venv/bin
 ONE_CORE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
 # One more than the processors, because devices are waited for.
 PARALLEL := --numprocesses $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") --dist worksteal
-FURTHER := $(wildcard $(addsuffix /python3.1[2-9],$(subst :, ,$(PATH)) $(shell pyenv root 2>/dev/null)/versions/*/bin))
+FURTHER := 3.12 3.13 3.14
+PYENV := $(subst $() $(),:,$(wildcard $(shell pyenv root 2>/dev/null)/versions/*/bin))
+# What another Python or numpy may break: annotations, every kind of output, one plugin of each kind, the public names.
+PORTABLE := tests/algorithms/test_annotations.py tests/quantities tests/formats tests/plugins tests/interfaces tests/profiles \
+    tests/recordings/test_recorded_formats.py tests/recordings/test_inputs.py tests/recordings/test_saved_inputs.py \
+    tests/builtin/test_result_files.py tests/pipeline/test_chain.py tests/pipeline/test_pipeline.py \
+    tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard plugins/*/tests/test_*_conformance.py) \
+    plugins/tactile-lerobot plugins/tactile-rosbag
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
 PLUGINS := $(wildcard plugins/tactile-*)
@@ -48,14 +55,19 @@ test-exports: .venv/installed .venv-lerobot/installed
 test-oldest: .venv-oldest/installed
 	.venv-oldest/bin/python -m pytest $(PARALLEL)
 
-# The same with every newer interpreter that is on this machine.
-test-pythons:
-	for python in $(FURTHER); do \
-	    $$python --version >/dev/null 2>&1 || continue; \
-	    venv=.venv-$${python##*/}; \
-	    $$python -m venv $$venv || exit; \
-	    $$venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,fast]' $(PLUGINS:%=-e %) || exit; \
-	    $$venv/bin/python -m pytest $(PARALLEL) || exit; \
+# What is portable, on every newer interpreter that is on this machine, with the newest and the oldest versions that it takes.
+test-pythons: export PATH := $(PATH):$(PYENV)
+test-pythons: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	@for version in $(FURTHER); do \
+	    $(BIN)/uv python find --quiet --no-python-downloads $$version >/dev/null 2>&1 || { echo "Python $$version: not run, as it is not installed"; continue; }; \
+	    for versions in highest lowest-direct; do \
+	        echo "Python $$version, $$versions versions"; \
+	        venv=.venv-$$version-$$versions; \
+	        $(BIN)/uv venv --quiet --clear --no-python-downloads --python $$version $$venv || exit; \
+	        $(BIN)/uv pip install --quiet --python $$venv --resolution $$versions -e '.[dev]' $(PLUGINS:%=-e %) || exit; \
+	        $$venv/bin/python -m pytest $(PARALLEL) --quiet $(PORTABLE) || exit; \
+	    done; \
 	done
 
 # Published figures, on all the recordings that they speak of.

@@ -154,7 +154,15 @@ __all__ = [*_MODULE_OF, "__version__"]
 def __getattr__(name: str) -> Any:
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'tactile_core' has no attribute {name!r}")
-    return getattr(import_module(f"tactile_core.{_MODULE_OF[name]}"), name)
+    try:
+        return getattr(import_module(f"tactile_core.{_MODULE_OF[name]}"), name)
+    except (ImportError, AttributeError) as error:
+        from tactile_core.plugins.opencv import opencv_fault_behind
+
+        fault = opencv_fault_behind(error)
+        if fault:
+            raise ImportError(fault) from error
+        raise
 
 
 def __dir__() -> list[str]:

@@ -131,6 +131,9 @@ class ImageGeometry:
     def _checked(self, pixels: Pixels) -> Pixels:
         section = self._section
         wanted = np.uint8 if section.bit_depth == 8 else np.uint16
+        wrong = _no_image(pixels)
+        if wrong:
+            raise InputError(wrong)
         if pixels.dtype != wanted:
             raise InputError(
                 f"the image has {8 * pixels.dtype.itemsize}-bit values, but the profile specifies "
@@ -279,3 +282,25 @@ def _homography(section: ImageSection) -> NDArray[np.float64]:
             "image.warp: three of the four points are collinear; give the corners of a quadrangle"
         )
     return homography
+
+
+def _no_image(pixels: Pixels) -> str:
+    """Return what an array is that no camera sends, and how it becomes an image; else nothing."""
+    if pixels.dtype.kind in "OSU":
+        return (
+            "the image is no array of intensities; read a file first, as by "
+            "cv2.imread(path)[..., ::-1], or give its path to open_sensor(…, input=path)"
+        )
+    if pixels.ndim == 3 and pixels.shape[2] != 3 and pixels.shape[0] in (1, 3):
+        return (
+            f"the image has its channels first, shape {pixels.shape}; give (H, W, 3), as by "
+            f"image.transpose(1, 2, 0)"
+        )
+    if pixels.ndim != 2 and not (pixels.ndim == 3 and pixels.shape[2] == 3):
+        return f"the image has shape {pixels.shape}; give (H, W) or (H, W, 3) in R, G, B order"
+    if pixels.dtype.kind not in "ui":
+        return (
+            f"the image has {pixels.dtype} values; give the camera's own integers, as by "
+            f"np.rint(255 * image).astype(np.uint8) if they end at 1"
+        )
+    return ""

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.marker_mask import ONLY_DARK, MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Frame, MarkerDetections
@@ -26,8 +26,9 @@ class MarkerDetection(Estimator):
         super().__init__(options, context)
         if context.gel.markers == "auto":
             raise InputError(
-                "'gel.markers: auto' finds no lattice of markers in the reference; give their "
-                "{pitch_mm: …, diameter_mm: …}, or 'markers: null' if none are printed"
+                f"'gel.markers: auto' finds no lattice of markers in the reference; give their "
+                f"{{pitch_mm: …, diameter_mm: …}}, or 'markers: null' if none are printed "
+                f"({ONLY_DARK})"
             )
         self._finder = MarkerFinder.of(context, compiled=context.compiled)
 

@@ -24,7 +24,9 @@ from tactile_core.quantities import (
     SlipState,
 )
 from tactile_core.quantities.on_demand import grid_of
-from tactile_core.quantities.slip import SlipName
+
+_UNSEEN = "neither markers nor texture show how the gel surface moves"
+_UNSETTLED = "the load is not known, and no contact has settled yet"
 
 _UNRELATED = (
     "it shows in motion, and these images are unrelated to each other; give a video, a recording, "
@@ -139,7 +141,7 @@ class Slip(Estimator):
         touched = bool(np.count_nonzero(grid_of(contact, "mask").cells))
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
-            return SlipState("unknown", 0.0, timestamp_s=time_s)
+            return SlipState("unknown", 0.0, timestamp_s=time_s, reason=_UNSEEN)
         if loss is not None and loss.measured and not contact.known:
             return self._by_loss(loss, shear, imprint, evidence, touched=touched)
         if not touched and (contact.known or evidence < 1):
@@ -188,8 +190,9 @@ class Slip(Estimator):
         """Return the state of a contact whose load is not known, from how much of it is lost."""
         if loss.settled < CONTACT_LOSS.weakest:
             self._machine.reset()
-            name: SlipName = "unknown" if touched else "none"
-            return SlipState(name, loss.lost, timestamp_s=loss.timestamp_s)
+            if not touched:
+                return SlipState("none", loss.lost, timestamp_s=loss.timestamp_s)
+            return SlipState("unknown", loss.lost, timestamp_s=loss.timestamp_s, reason=_UNSETTLED)
         field = 0.0 if shear is None else shear.degree
         warning = min(self._warning_only, 1.0 if evidence >= 1 else field)
         kind = imprint.kind if imprint is not None and evidence >= 1 else "translation"

@@ -9,6 +9,7 @@ from tactile_core.cli.guard import Carried
 from tactile_core.cli.output import StdoutClosed, flush_stdout, print_message
 from tactile_core.cli.signals import Signalled
 from tactile_core.errors import TactileError, words_of
+from tactile_core.plugins.opencv import opencv_fault_behind
 
 
 def explain(caught: BaseException, debug: bool) -> int:
@@ -40,6 +41,10 @@ def _reported(error: BaseException) -> int:
     if isinstance(error, TactileError):
         print_message(f"tactile: {error}")
         return error.exit_code
+    fault = opencv_fault_behind(error)
+    if fault:
+        print_message(f"tactile: {fault}")
+        return 1
     if isinstance(error, MemoryError):
         print_message(
             "tactile: there is not enough memory for this; give smaller images or fewer of them"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
@@ -69,6 +70,40 @@ def print_message(words: str, *, end: str = "\n") -> None:
         return
     with suppress(BrokenPipeError):
         print(printable_lines(words), end=end, file=sys.stderr, flush=True)
+
+
+class Warnings:
+    """Prints the warnings of readings, each once: one whose numbers change is the same.
+
+    Parameters
+    ----------
+    known : iterable of str
+        What the user has read already.
+    """
+
+    def __init__(self, known: Iterable[str]) -> None:
+        self._said = {_without_numbers(sentence) for sentence in known}
+
+    def print(self, sentences: Iterable[str]) -> None:
+        """Print those that are new."""
+        for sentence in sentences:
+            words = _without_numbers(sentence)
+            if words not in self._said:
+                self._said.add(words)
+                print_message(f"warning: {sentence}")
+
+
+def _without_numbers(sentence: str) -> str:
+    return re.sub(r"\d+([.,]\d+)*", "#", sentence)
+
+
+def print_if_fewer(came: int, asked: int | None) -> None:
+    """Report that fewer frames came than the user asked for."""
+    if asked is not None and came < asked:
+        print_message(
+            f"note: only {came} of the {asked} frames of --frames came, because the recording or "
+            f"the movement of the virtual sensor ended; --script gives it a longer one"
+        )
 
 
 def printable_lines(text: str) -> str:

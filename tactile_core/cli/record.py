@@ -18,7 +18,7 @@ from tactile_core.cli.options import (
     Simulated,
     TimeoutS,
 )
-from tactile_core.cli.output import print_data, print_json, print_message
+from tactile_core.cli.output import print_data, print_if_fewer, print_json, print_message
 
 
 def record(
@@ -71,12 +71,13 @@ def record(
     ) as sensor:
         for note in sensor.notes if readings else sensor.damage:
             print_message(f"note: {note}")
-        began_s = monotonic()
+        began_s, interrupted = monotonic(), True
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
             bar.stage("recording", 1.0)
             steps = recorded(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
             for share in steps:
                 bar.fraction(share)
+            interrupted = False
     took_s = monotonic() - began_s
     if recording.failure is not None:
         raise OSError(recording.failure)
@@ -84,6 +85,8 @@ def record(
         raise InputError(f"{out}: nothing was recorded, because it ended before the first image")
     if left_out := recording.left_out():
         print_message(f"note: {left_out}")
+    if seconds is None and not interrupted:
+        print_if_fewer(recording.images + recording.dropped, frames)
     counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
     if as_json:
         print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})

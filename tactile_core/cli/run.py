@@ -20,7 +20,13 @@ from tactile_core.cli.options import (
     Simulated,
     TimeoutS,
 )
-from tactile_core.cli.output import print_data, print_json, print_message
+from tactile_core.cli.output import (
+    Warnings,
+    print_data,
+    print_if_fewer,
+    print_json,
+    print_message,
+)
 
 if TYPE_CHECKING:
     from tactile_core.interfaces.reading import Reading
@@ -148,18 +154,22 @@ def run(
                 results.check_for(sources, sinks.endings)
         for note in (*sensor.notes, *unread_notes(recording)):
             print_message(f"note: {note}")
+        warnings = Warnings(sensor.notes)
         tared = tare_frame is None
         inputs = None if external is None else SavedInputs(external, sensor.pipeline.takes)
         stream = sensor.stream(tare_frame=tare_frame, workers=workers, inputs=inputs)
+        count = 0
         with sinks.open(sensor.pipeline, results, sensor.record):
-            for reading in islice(stream, frames):
+            for count, reading in enumerate(islice(stream, frames), 1):  # noqa: B007
                 tared |= reading.frame.sequence == tare_frame
                 sinks.write(reading)
                 line = reading.summary(blame_of)
                 if as_json:
                     print_json(line)
                 else:
+                    warnings.print(reading.warnings)
                     print_data(_text(reading, line))
+        print_if_fewer(count, frames)
     if not tared:
         raise InputError(
             f"--tare-frame {tare_frame}: no frame with this number was measured, so nothing was "
@@ -193,6 +203,8 @@ def _shear_texts(line: dict[str, Any]) -> list[str]:
         parts.append(f"{markers['seen']} of {markers['expected']} markers seen")
     if slip is not None:
         words = slip["state"] if slip["state"] != "none" else "no contact"
+        if slip["reason"]:
+            words += f" ({slip['reason']})"
         if slip["kind"] is not None:
             words += f" ({slip['kind']}, degree {slip['degree']:.2f})"
         parts.append(words)

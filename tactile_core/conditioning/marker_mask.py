@@ -22,6 +22,9 @@ from tactile_core.interfaces.component import GelImage
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Reference
 
+ONLY_DARK = "only dark markers are detected, not white or coloured dots and pins"
+"""What every message about missing markers says."""
+
 
 @dataclass(frozen=True)
 class MarkerFinder:
@@ -106,7 +109,7 @@ class MarkerFinder:
             f"the reference shows {count} markers of {self.diameter_px:.1f} px, but about "
             f"{expected_count(shape, self.pitch_px)} every {self.pitch_px:.1f} px would fill the "
             f"image; correct 'gel.markers' (its diameter first) or take a sharper reference, or "
-            f"set 'markers: null' for a gel without"
+            f"set 'markers: null' for a gel without ({ONLY_DARK})"
         )
 
     def with_markers(self, gel: Gel, mm_per_px: float) -> Gel:

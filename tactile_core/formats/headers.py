@@ -50,6 +50,9 @@ _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279
 _TIFF_TAGS = frozenset({_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES})
 """Tags of the TIFF fields that are read."""
 
+_ORIENTATION = 274
+"""Tag of the TIFF field that says how to turn the image."""
+
 
 @dataclass(frozen=True)
 class Header:
@@ -216,12 +219,30 @@ def _complete_tiff(data: bytes) -> bool:
     return bool(ends) and max(*ends, *_tiff_value_ends(data), 0) <= len(data)
 
 
-def _tiff_value_ends(data: bytes) -> Iterator[int]:
-    """Yield the end of each field's values that are stored apart from it."""
+def without_orientation(data: bytes) -> bytes:
+    """Return an image file without the tag by which OpenCV turns a TIFF, whatever its flags."""
+    order = _TIFF_ORDERS.get(data[:4])
+    if order is None:
+        return data
+    changed = bytearray(data)
+    for entry in _tiff_entries(data):
+        if struct.unpack_from(f"{order}HH", data, entry) == (_ORIENTATION, 3):
+            struct.pack_into(f"{order}H", changed, entry + 8, 1)
+    return bytes(changed)
+
+
+def _tiff_entries(data: bytes) -> range:
+    """Return the places of the first image's fields; they end where the next image is named."""
     order = _TIFF_ORDERS[data[:4]]
     (at,) = struct.unpack_from(f"{order}I", data, 4)
     (count,) = struct.unpack_from(f"{order}H", data, at)
-    for entry in range(at + 2, at + 2 + 12 * count, 12):
+    return range(at + 2, at + 2 + 12 * count, 12)
+
+
+def _tiff_value_ends(data: bytes) -> Iterator[int]:
+    """Yield the end of each field's values that are stored apart from it."""
+    order = _TIFF_ORDERS[data[:4]]
+    for entry in _tiff_entries(data):
         _, kind, length, place = struct.unpack_from(f"{order}HHII", data, entry)
         size = length * _TIFF_SIZES.get(kind, 0)
         if size > 4:
@@ -230,11 +251,9 @@ def _tiff_value_ends(data: bytes) -> Iterator[int]:
 
 def _tiff_fields(data: bytes) -> tuple[dict[int, tuple[int, ...]], int]:
     """Return the integer fields of the first image by tag, and the offset of the next image."""
-    order = _TIFF_ORDERS[data[:4]]
-    (at,) = struct.unpack_from(f"{order}I", data, 4)
-    (count,) = struct.unpack_from(f"{order}H", data, at)
+    order, entries = _TIFF_ORDERS[data[:4]], _tiff_entries(data)
     fields: dict[int, tuple[int, ...]] = {}
-    for entry in range(at + 2, at + 2 + 12 * count, 12):
+    for entry in entries:
         tag, kind, length = struct.unpack_from(f"{order}HHI", data, entry)
         if tag not in _TIFF_TAGS - fields.keys() or kind not in _TIFF_TYPES:
             continue
@@ -245,5 +264,5 @@ def _tiff_fields(data: bytes) -> tuple[dict[int, tuple[int, ...]], int]:
         if struct.calcsize(values) > 4:
             (place,) = struct.unpack_from(f"{order}I", data, place)
         fields[tag] = struct.unpack_from(values, data, place)
-    (following,) = struct.unpack_from(f"{order}I", data, at + 2 + 12 * count)
+    (following,) = struct.unpack_from(f"{order}I", data, entries.stop)
     return fields, following

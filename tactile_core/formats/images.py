@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, read_start, write_atomically
-from tactile_core.formats.headers import MAX_PIXELS, Header, header, is_complete
+from tactile_core.formats.headers import (
+    MAX_PIXELS,
+    Header,
+    header,
+    is_complete,
+    without_orientation,
+)
 
 IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
@@ -82,7 +88,7 @@ def image_kind(path: Path) -> ImageKind:
 def read_image(path: Path) -> NDArray[Any]:
     """Read an image as stored; 16 bits stay 16 bits.
 
-    The EXIF orientation is ignored, and an alpha channel is dropped.
+    Orientation tags are ignored in every format, and an alpha channel is dropped.
 
     Returns
     -------
@@ -152,11 +158,20 @@ def write_png(path: Path, pixels: NDArray[Any]) -> None:
 
     Raises
     ------
+    InputError
+        The array is no image.
     OSError
         The disk is full or not writable.
     """
     import cv2
 
+    shape, dtype = np.shape(pixels), getattr(pixels, "dtype", None)
+    whole = len(shape) == 2 or (len(shape) == 3 and shape[2] == 3)
+    if not whole or 0 in shape or dtype not in (np.uint8, np.uint16):
+        raise InputError(
+            f"{path}: an array of {dtype} with shape {shape} is no image; give (H, W) or (H, W, 3) "
+            f"uint8 or uint16"
+        )
     ordered = pixels if pixels.ndim == 2 else np.ascontiguousarray(pixels[..., ::-1])
     _, encoded = cv2.imencode(".png", ordered)
     write_atomically(path, encoded.data)
@@ -183,7 +198,7 @@ def _decode(data: bytes) -> NDArray[Any] | None:
 
     try:
         pixels: NDArray[Any] | None = cv2.imdecode(
-            np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
+            np.frombuffer(without_orientation(data), np.uint8), cv2.IMREAD_UNCHANGED
         )
     except cv2.error:
         return None

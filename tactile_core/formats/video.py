@@ -116,4 +116,6 @@ def _capture(path: Path) -> Any:
         name = os.fsencode(regular(path).absolute()).decode()
     except UnicodeDecodeError:
         raise InputError(f"{path}: the name of a video must be in UTF-8; rename it") from None
-    return cv2.VideoCapture(name, cv2.CAP_FFMPEG)
+    capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG)
+    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # like images: as the camera stored it
+    return capture

@@ -45,6 +45,11 @@ class Reading:
     relative: bool = False
     warnings: tuple[str, ...] = field(default=())
 
+    def __repr__(self) -> str:
+        head = f"Reading of {self.source} at {self.frame.timestamp_s:.3f} s"
+        warned = [f"warning: {sentence}" for sentence in self.warnings]
+        return "\n  ".join([head, *map(repr, self.quantities.values()), *warned])
+
     @property
     def source(self) -> str:
         """Name of the observation; if it is live, its sequence number in six digits."""

@@ -71,7 +71,7 @@ class CameraHealth:
         self._measuring_s: deque[float] = deque(maxlen=CAMERA_HEALTH.readings)
         self._opened_s = float("inf")
         self._nominal_hz: float | None = None
-        self._best_hz = 0.0
+        self._best_hz = self._rate_hz = 0.0
         self._settings: tuple[Settings, ...] = ()
         self._first_settings: tuple[Settings, ...] = ()
 
@@ -94,8 +94,10 @@ class CameraHealth:
         self._counts.append((now_s, statistics))
         while self._counts[0][0] < now_s - CAMERA_HEALTH.window_s:
             self._counts.popleft()
-        if self._is_settled:
-            self._best_hz = max(self._best_hz, statistics.rate_hz)
+        # a median: images that were held up, as over Wi-Fi, arrive in a burst, which is no rate
+        self._rate_hz = median(counts.rate_hz for _, counts in self._counts)
+        if now_s - self._opened_s >= CAMERA_HEALTH.window_s:
+            self._best_hz = max(self._best_hz, self._rate_hz)
 
     def add_reading(self, age_s: float, measuring_s: float) -> None:
         """Add a reading's age since mid-observation, and the part that measuring took."""
@@ -107,17 +109,13 @@ class CameraHealth:
     def _is_settled(self) -> bool:
         return self._counts[-1][0] - self._opened_s >= CAMERA_HEALTH.settled_s
 
-    @property
-    def _rate_hz(self) -> float:
-        return self._counts[-1][1].rate_hz if self._counts else 0.0
-
     def rate(self) -> Finding:
         """Images that arrive each second."""
         if not self._counts:
             return Finding.unknown(self._no_stream, unit="Hz")
         if not (self._rate_hz and self._is_settled):
             return Finding.unknown("the stream has just begun", self._rate_hz, "Hz")
-        expected_hz = self._nominal_hz or self._best_hz
+        expected_hz = self._nominal_hz or max(self._best_hz, self._rate_hz)
         problem = ""
         if self._rate_hz < CAMERA_HEALTH.slow * expected_hz:
             problem = (

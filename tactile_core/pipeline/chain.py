@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-import types
 from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
+from tactile_core.algorithms.annotations import Parts, parts
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator
@@ -19,6 +19,8 @@ from tactile_core.quantities.array_form import form_fault
 from tactile_core.quantities.fields import fields_of
 
 QuantityType = type[Quantity]
+
+_UNANNOTATED = Parts((), ())
 
 
 @dataclass(frozen=True)
@@ -267,6 +269,7 @@ def declared_step(name: str, estimator: Estimator) -> Step:
         raise PluginError(f"{title} does not define estimate()")
     try:
         hints = get_type_hints(method, include_extras=True)
+        meant = {name: parts(annotation) for name, annotation in hints.items()}
         parameters = inspect.signature(method).parameters.values()
     except Exception as error:  # evaluating annotations executes arbitrary code
         raise PluginError(
@@ -277,16 +280,17 @@ def declared_step(name: str, estimator: Estimator) -> Step:
     for parameter in parameters:
         if parameter.kind not in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
             raise PluginError(f"{title}: estimate() must take plain arguments, not {parameter}")
-        annotation = hints.get(parameter.name)
-        kind, optional = _quantity(annotation, f"{title}: {parameter.name!r}")
+        annotated = meant.get(parameter.name, _UNANNOTATED)
+        kind, optional = _quantity(annotated, f"{title}: {parameter.name!r}")
         takes.append(kind)
-        if EXTERNAL in _extras(annotation):
+        if EXTERNAL in annotated.extras:
             external.add(kind)
         if not optional:
             needs.append(kind)
-    returned = hints.get("return")
-    several = get_args(returned) if get_origin(returned) is tuple else (returned,)
-    gives = [_quantity(annotation, f"{title}: the result") for annotation in several]
+    gives = [
+        _quantity(one, f"{title}: the result")
+        for one in _results(meant.get("return", _UNANNOTATED))
+    ]
     if any(optional for _, optional in gives):
         raise PluginError(f"{title}: the result of estimate() must be one quantity, never None")
     kinds = tuple(kind for kind, _ in gives)
@@ -335,30 +339,20 @@ def _checked(
     return results
 
 
-def _extras(annotation: Any) -> tuple[Any, ...]:
-    """Return the metadata of ``Annotated``, of each member of a union."""
-    members = get_args(annotation) if _is_union(annotation) else (annotation,)
-    return tuple(extra for m in members for extra in getattr(m, "__metadata__", ()))
+def _results(annotated: Parts) -> list[Parts]:
+    """Return what is declared of each quantity in a result, which is a tuple of several."""
+    if [get_origin(member) for member in annotated.members] != [tuple]:
+        return [annotated]
+    return [parts(each) for each in get_args(annotated.members[0])]
 
 
-def _is_union(annotation: Any) -> bool:
-    return get_origin(annotation) in (Union, types.UnionType)
-
-
-def _quantity(annotation: Any, what: str) -> tuple[QuantityType, bool]:
-    members = get_args(annotation) if _is_union(annotation) else (annotation,)
-    options = [getattr(m, "__origin__", m) if hasattr(m, "__metadata__") else m for m in members]
-    optional = _is_union(annotation) and type(None) in options
-    options = [option for option in options if option is not type(None)]
-    if (
-        len(options) != 1
-        or not isinstance(options[0], type)
-        or not issubclass(options[0], Quantity)
-    ):
-        shown = inspect.formatannotation(annotation)
-        actual = "has no annotation" if annotation is None else f"is annotated {shown}"
+def _quantity(annotated: Parts, what: str) -> tuple[QuantityType, bool]:
+    kinds = annotated.types
+    if len(kinds) != 1 or not isinstance(kinds[0], type) or not issubclass(kinds[0], Quantity):
+        shown = " | ".join(inspect.formatannotation(kind) for kind in kinds) or "None"
+        actual = "has no annotation" if annotated is _UNANNOTATED else f"is annotated {shown}"
         raise PluginError(f"{what} of estimate() {actual}; annotate it with one Quantity type")
-    return options[0], optional
+    return kinds[0], kinds != annotated.members
 
 
 def _refuse_two_producers(steps: tuple[Step, ...]) -> None:

@@ -32,6 +32,7 @@ from tactile_core.pipeline.playback import make_devices
 from tactile_core.pipeline.profile_steps import check_steps
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.plugins.blame import blame
+from tactile_core.plugins.opencv import opencv_fault
 from tactile_core.plugins.registry import list_plugins, origin_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -85,7 +86,9 @@ class Check:
 
 
 def examine_plugins() -> Iterator[Check]:
-    """Import every installed plugin and its components."""
+    """Look at OpenCV's packages, and import every installed plugin and its components."""
+    fault = opencv_fault()
+    yield Check("opencv", *(("problem", fault, 2) if fault else ("ok",)))
     for plugin in list_plugins(import_components=True):
         problems = "; ".join(plugin.problems)
         yield Check(f"plugin {plugin.name}", *(("problem", problems, 2) if problems else ("ok",)))

@@ -7,7 +7,7 @@ import numpy as np
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Pixels
+from tactile_core.quantities import Frame, Pixels, Reference
 
 _INTENSITIES = tuple(map(np.dtype, (np.uint8, np.uint16, np.float32, np.float64)))
 
@@ -33,10 +33,20 @@ def check_pixels(pixels: Pixels, what: str, profile: Profile, bundle: Bundle | N
             f"the {what} has dtype {pixels.dtype} and shape {shape}; it should be (H, W, K) "
             f"with K channels of uint8, uint16 or float32"
         )
+    if shape[1:] == (image.height_px, image.width_px):
+        raise InputError(
+            f"the {what} has its channels first, shape {shape}; it should be (H, W, K), as by "
+            f"pixels.transpose(1, 2, 0)"
+        )
     if shape[:2] != (image.height_px, image.width_px):
         raise InputError(
             f"the {what} is {shape[1]} × {shape[0]}, but the profile {profile.name!r} "
             f"specifies {image.width_px} × {image.height_px}; correct 'image' in the profile"
+        )
+    if pixels.dtype.kind == "f" and 0 < pixels.max() <= 1 < image.full_scale:
+        raise InputError(
+            f"the {what} has intensities up to {pixels.max():g} where the profile's end at "
+            f"{image.full_scale:g}; multiply them by {image.full_scale:g}"
         )
     channels = pixels.shape[2] if bundle is None else len(bundle.manifest.channels)
     if pixels.shape[2] != channels:
@@ -58,4 +68,19 @@ def check_order(frame: Frame, bundle: Bundle) -> None:
             f"the lights fire in the order {', '.join(frame.channels)}, but the bundle was "
             f"made with {', '.join(bundle.manifest.channels)}; use the bundle's profile "
             f"or calibrate again"
+        )
+
+
+def check_reference(given: object) -> None:
+    """Refuse a reference that is none, such as an array or a path.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(given, Reference | None):
+        raise InputError(
+            f"the reference is of type {type(given).__name__}; give a Reference, as of "
+            f"frame = pipeline.frame(image): Reference(np.float32(frame.pixels), frame.channels, "
+            f"frame.full_scale)"
         )

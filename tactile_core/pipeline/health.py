@@ -51,8 +51,8 @@ class Health:
     Attributes
     ----------
     rate : Finding
-        Images that arrive each second, Hz; expected is the rate that the camera is set to, or the
-        highest since it was opened.
+        Images that arrive each second, Hz, as a median over the last ten seconds; expected is the
+        rate that the camera is set to, or the highest such median since it was opened.
     latency : Finding
         Time from mid-exposure to the reading, ms, as a median; expected is the longest that is
         usual for the exposures, the frame period and the time that measuring takes.

@@ -9,7 +9,7 @@ from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.camera_health import CameraHealth
 from tactile_core.pipeline.gel_health import GelHealth
-from tactile_core.pipeline.health import Health
+from tactile_core.pipeline.health import Finding, Health
 from tactile_core.plugins.blame import blame
 from tactile_core.quantities import Reference
 
@@ -28,6 +28,7 @@ class HealthMonitor:
         self._camera = camera
         self._stream = CameraHealth(live=camera.live)
         self._gel = GelHealth(thickness_mm)
+        self._said: dict[str, Finding] = {}
 
     def add(
         self,
@@ -71,8 +72,19 @@ class HealthMonitor:
         )
 
     def warnings(self) -> tuple[str, ...]:
-        """Return the sentences for the latest reading, but those that each reading has anyway."""
-        found = self.health().findings()
-        return tuple(
-            one.message for name, one in found if one.verdict == "warning" and name != "saturated"
-        )
+        """Return the sentences for the latest reading, but those that each reading has anyway.
+
+        A sentence stays as it is, so that logs can merge it, until its value has changed by half.
+        """
+        found = {name: one for name, one in self.health().findings() if one.verdict == "warning"}
+        found.pop("saturated", None)
+        for name, one in found.items():
+            said = self._said.get(name)
+            if said is not None and _is_close(said.value, one.value):
+                found[name] = said
+        self._said = found
+        return tuple(one.message for one in found.values())
+
+
+def _is_close(said: float | None, now: float | None) -> bool:
+    return said is None or now is None or abs(now - said) <= abs(said) / 2

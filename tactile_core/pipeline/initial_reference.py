@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.pipeline.frame_check import check_reference
 from tactile_core.pipeline.frame_source import FrameSource
 from tactile_core.pipeline.playback import read_reference
 from tactile_core.pipeline.warming import warm_up
@@ -33,6 +34,8 @@ class InitialReference:
         self._profile = profile
         self.is_given = given is not None
         self._wanted = recorded if given is None else given
+        if not isinstance(self._wanted, str | Path):
+            check_reference(self._wanted)
 
     @property
     def is_first(self) -> bool:

@@ -20,7 +20,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.compiling import already_compiled
-from tactile_core.pipeline.frame_check import check_order, check_pixels
+from tactile_core.pipeline.frame_check import check_order, check_pixels, check_reference
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.notes import exposure_warnings, not_given, without_slopes
 from tactile_core.pipeline.parts import PipelineParts
@@ -88,15 +88,16 @@ class Pipeline:
     def __init__(
         self,
         profile: Profile | str | Path,
-        bundle: Bundle | Path | None = None,
+        bundle: Bundle | Path | str | None = None,
         reference: Reference | None = None,
         *,
         serial: str | None = None,
         compiled: bool | None = None,
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
-        self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(bundle)
+        self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(Path(bundle))
         self.serial = serial
+        check_reference(reference)
         self.given_reference = reference
         of_bundle = () if self.bundle is None else self.bundle.check(self.profile, serial)
         self.compiled = self._is_compiled() if compiled is None else compiled
@@ -149,6 +150,11 @@ class Pipeline:
         InputError
             The frame's size or channels differ from the profile's.
         """
+        if not isinstance(frame, Frame):
+            raise InputError(
+                f"process() takes a Frame, not {type(frame).__name__}; make one of your own image "
+                f"with pipeline.frame(image)"
+            )
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
         start, start_of_thread_s = perf_counter(), thread_time() if first else 0.0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NoReturn, Self
 
 from tactile_core.acquisition.acquisition import CAMERA, average
 from tactile_core.bundles.bundle import Bundle
@@ -86,6 +86,12 @@ class Sensor:
         self._source = FrameSource(profile, timeout_s, reconnect_s)
         self._measurement = Measurement(self._source, profile.gel.thickness_mm)
         self._pipeline: Pipeline | None = None
+
+    def __getstate__(self) -> NoReturn:
+        raise InputError(
+            "a sensor holds its camera and cannot be pickled or copied; give the other process "
+            "sensor.pipeline and frames of sensor.acquire(), or open the sensor there"
+        )
 
     @property
     def is_live(self) -> bool:

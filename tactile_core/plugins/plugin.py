@@ -16,6 +16,7 @@ from pluggy import HookImpl, PluginManager, PluginValidationError
 from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer
+from tactile_core.plugins.opencv import opencv_fault_behind
 
 ComponentKind = Literal[
     "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"
@@ -232,7 +233,8 @@ def _attempt(action: Callable[[], T], what: str, offer: Offer) -> T:
     try:
         return action()
     except (Exception, SystemExit) as error:
-        raise PluginError(f"{what} ({words_of(error)}); {_remedy(offer)}") from error
+        remedy = opencv_fault_behind(error) or _remedy(offer)
+        raise PluginError(f"{what} ({words_of(error)}); {remedy}") from error
 
 
 def _collect(action: Callable[[], T], problems: list[str]) -> T | None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
 from weakref import WeakKeyDictionary
 
+import tactile_core
 from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
@@ -300,7 +301,8 @@ def _missing(plugin_name: str, package: str, wanted_by: str, installed: list[str
 
     near = get_close_matches(plugin_name, [_CORE.name, *installed], n=1)
     meant = f"did you mean {near[0]!r}? Otherwise " if near else ""
+    beside = Path(tactile_core.__file__).parents[1] / "plugins" / package  # in a clone
     return (
         f"{wanted_by} needs the plugin {plugin_name!r}, which is not installed; "
-        f"{meant}run 'pip install {package}'"
+        f"{meant}run 'pip install {beside if beside.is_dir() else package}'"
     )

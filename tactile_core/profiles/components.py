@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
-from typing import TYPE_CHECKING, Any, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, create_model
 
+from tactile_core.algorithms.annotations import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
 from tactile_core.plugins.blame import blame
@@ -77,6 +77,9 @@ def check_components(source: Source) -> Checked:
                 )
             )
         given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
+        for key in _replaced_selectors(source, part, given):
+            given = given.without(key)
+            del _at(settings, keys)[key]
         found = []
         try:
             options = {
@@ -170,6 +173,18 @@ def _lacks_markers(source: Source, use: Node, part: Any) -> bool:
     return not source.inherits(use.place, source.origin(*markers))
 
 
+def _replaced_selectors(source: Source, part: Any, given: Node) -> list[str]:
+    """Return what selects the device of an older profile, where a newer one selects its own."""
+    selectors = {
+        key: given.value[key].place for key in getattr(part, "selectors", ()) if key in given.value
+    }
+    return [
+        key
+        for key, place in selectors.items()
+        if any(source.inherits(place, other) for other in selectors.values())
+    ]
+
+
 def _declared(model: type[BaseModel], key: str) -> Any:
     field = model.model_fields.get(key)
     return None if field is None else field.annotation
@@ -178,7 +193,7 @@ def _declared(model: type[BaseModel], key: str) -> Any:
 def _with_paths(node: Node, annotation: Any) -> Any:
     """Return plain values in which options declared as paths are absolute."""
     if isinstance(node.value, tuple):
-        args = get_args(annotation)
+        args = next((found for one in parts(annotation).members if (found := get_args(one))), ())
         return [_with_paths(item, args[0] if args else None) for item in node.value]
     if isinstance(node.value, str) and _is_path(annotation, node.value):
         return str(node.place.file.parent.resolve() / expanded(node.value))
@@ -186,11 +201,10 @@ def _with_paths(node: Node, annotation: Any) -> Any:
 
 
 def _is_path(annotation: Any, text: str) -> bool:
-    if get_origin(annotation) in (Union, UnionType):
-        options = get_args(annotation)
-        words = [word for o in options if get_origin(o) is Literal for word in get_args(o)]
-        return text not in words and any(_is_path(option, text) for option in options)
-    return isinstance(annotation, type) and issubclass(annotation, Path)
+    options = parts(annotation).members
+    words = [word for o in options if get_origin(o) is Literal for word in get_args(o)]
+    paths = [o for o in options if isinstance(o, type) and issubclass(o, Path)]
+    return bool(paths) and text not in words
 
 
 def _at(settings: dict[str, Any], keys: Keys) -> dict[str, Any]:

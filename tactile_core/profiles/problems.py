@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
-from types import UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from tactile_core.algorithms.annotations import parts
 from tactile_core.errors import Problem
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 
@@ -173,12 +173,14 @@ def _annotation(model: type[BaseModel], keys: Keys) -> Any:
 
 
 def _inner(annotation: Any, part: str | int) -> Any:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return _fields(annotation).get(str(part))
-    origin, args = get_origin(annotation), get_args(annotation)
-    if origin in (Union, UnionType):
-        inner = (_inner(option, part) for option in args)
-        return next((found for found in inner if found is not None), None)
+    inner = (_inner_of_one(option, part) for option in parts(annotation).members)
+    return next((found for found in inner if found is not None), None)
+
+
+def _inner_of_one(kind: Any, part: str | int) -> Any:
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return _fields(kind).get(str(part))
+    origin, args = get_origin(kind), get_args(kind)
     if origin is dict:
         return args[1]
     if origin is tuple and isinstance(part, int) and args[-1] is not Ellipsis:
@@ -187,18 +189,13 @@ def _inner(annotation: Any, part: str | int) -> Any:
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    if get_origin(annotation) in (Union, UnionType):
-        found = (_model_in(option) for option in get_args(annotation))
-        return next((model for model in found if model is not None), None)
-    return None
+    options = parts(annotation).members
+    return next((o for o in options if isinstance(o, type) and issubclass(o, BaseModel)), None)
 
 
 def _length(annotation: Any) -> int | None:
     """Return the length of a list of fixed length."""
-    options = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
-    for option in options:
+    for option in parts(annotation).members:
         args = get_args(option)
         if get_origin(option) is tuple and args and args[-1] is not Ellipsis:
             return len(args)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import types
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from tactile_core.algorithms.annotations import parts
 from tactile_core.errors import PluginError
 
 _SCALARS = (bool, int, float, str)
@@ -123,47 +123,42 @@ def fields_of(kind: type[Any]) -> tuple[Field, ...]:
 def _fields_of(kind: type[Any]) -> tuple[Field, ...]:
     try:
         hints = get_type_hints(kind, include_extras=True)
+        return tuple(
+            _described(kind, field.name, hints[field.name], field.default)
+            for field in dataclasses.fields(kind)
+        )
     except Exception as error:  # evaluating annotations runs arbitrary code
         raise PluginError(
             f"the annotations of the quantity {kind.__name__} cannot be read ({error}); import "
             f"their types at run time, not only under TYPE_CHECKING"
         ) from error
-    return tuple(
-        _described(kind, field.name, hints[field.name], field.default)
-        for field in dataclasses.fields(kind)
-    )
 
 
 def _described(kind: type[Any], name: str, annotation: Any, default: Any) -> Field:
-    spec, optional = FieldSpec(), False
-    while True:
-        if hasattr(annotation, "__metadata__"):
-            specs = [extra for extra in annotation.__metadata__ if isinstance(extra, FieldSpec)]
-            spec, annotation = (specs or [spec])[-1], annotation.__origin__
-        elif get_origin(annotation) in (Union, types.UnionType):
-            members = [m for m in get_args(annotation) if m is not type(None)]
-            optional = len(members) < len(get_args(annotation))
-            if len(members) > 1:
-                annotation = object
-                break
-            annotation = members[0]
-        else:
-            break
-    form, dtype = _form(annotation)
+    found = parts(annotation)
+    spec = next((e for e in reversed(found.extras) if isinstance(e, FieldSpec)), FieldSpec())
+    form, dtype = _form(found.types[0]) if len(found.types) == 1 else (object, None)
     spec = dataclasses.replace(spec, saved_as=spec.saved_as or f"{kind.__name__}.{name}")
-    return Field(name, spec, form, dtype, optional, default)
+    return Field(name, spec, form, dtype, found.types != found.members, default)
 
 
 def _form(annotation: Any) -> tuple[type, np.dtype[Any] | None]:
     origin, args = get_origin(annotation), get_args(annotation)
     if annotation is np.ndarray or origin is np.ndarray:
-        scalar = get_args(args[1])[0] if len(args) > 1 and get_args(args[1]) else Any
+        held = get_args(_plain(args[1])) if len(args) > 1 else ()
+        scalar = _plain(held[0]) if held else Any
         known = isinstance(scalar, type) and issubclass(scalar, np.generic)
         return np.ndarray, np.dtype(scalar) if known else None
     if origin is Literal:
         return type(args[0]), None
-    if origin is tuple and all(arg in (*_SCALARS, Ellipsis) for arg in args):
+    if origin is tuple and all(_plain(arg) in (*_SCALARS, Ellipsis) for arg in args):
         return tuple, None
     if annotation in _SCALARS:
         return annotation, None
     return object, None
+
+
+def _plain(annotation: Any) -> Any:
+    """Return the one type that an annotation means; None if it means several."""
+    members = parts(annotation).members
+    return members[0] if len(members) == 1 else None

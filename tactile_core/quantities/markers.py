@@ -18,6 +18,12 @@ Int32 = NDArray[np.int32]
 _EACH, _PLACES = ("marker",), ("marker", "xy")
 
 
+_OUTRUN = (
+    "markers moved further between two frames than they can be followed, so displacements may be "
+    "wrong by their pitch; use a higher frame rate"
+)
+
+
 @dataclass(frozen=True, eq=False)
 class MarkerDetections(Quantity):
     """The markers detected in one frame, unordered and without identities.
@@ -97,5 +103,5 @@ class MarkerField(Quantity):
         return {"markers": {"seen": int(self.seen.sum()), "expected": len(self.ids)}}
 
     def warnings(self) -> tuple[str, ...]:
-        """Return the notes."""
-        return self.notes
+        """Return the notes, and what to do about markers that moved too far."""
+        return (*self.notes, _OUTRUN) if self.outrun else self.notes

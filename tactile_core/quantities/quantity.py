@@ -21,6 +21,9 @@ Guard = Callable[["Quantity"], AbstractContextManager[None]]
 """Returns a context manager that handles errors of a quantity's own code."""
 
 
+_UNREAD = object()
+"""Stands for a value that is computed on demand, and nobody has read."""
+
 _PLAIN = {float, int, bool, str, tuple, type(None)}
 """Types of values that are neither arrays nor computed on demand."""
 
@@ -33,6 +36,23 @@ class Quantity:
     :class:`~tactile_core.quantities.FieldSpec`. It is then checked, saved, loaded, drawn and
     streamed like those of the core. Arrays become read-only views.
     """
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "__repr__" not in vars(cls):
+            # before the class is made a dataclass, which would print whole arrays
+            cls.__repr__ = Quantity.__repr__  # type: ignore[method-assign]
+
+    def __repr__(self) -> str:
+        shown = []
+        for name in self.__dataclass_fields__:
+            value = vars(self).get(name, _UNREAD)
+            if isinstance(value, np.ndarray):
+                text = f"<{'×'.join(map(str, value.shape))} {value.dtype}>"
+            else:
+                text = "<computed when read>" if value is _UNREAD else repr(value)
+            shown.append(f"{name}={text if len(text) <= 60 else text[:59] + '…'}")
+        return f"{type(self).__name__}({', '.join(shown)})"
 
     def __post_init__(self) -> None:
         values = self.__dict__

@@ -43,7 +43,7 @@ class SlipState(Quantity):
         standard deviation; None if no imprint is tracked.
 
     reason : str
-        Why the state is unknown, as a sentence, where the frames are the reason.
+        Why the state is unknown; empty otherwise.
     degree_std : float or None
         Standard deviation of the degree; None if the degree is not the share of the contact that
         slips, measured in the field of displacement.
@@ -73,10 +73,6 @@ class SlipState(Quantity):
     )
     timestamp_s: TimestampS = 0.0
     reason: Annotated[str, FieldSpec(saved_as="slip_reason")] = ""
-
-    def warnings(self) -> tuple[str, ...]:
-        """Return the reason, if there is one."""
-        return (f"slip is unknown: {self.reason}",) if self.reason else ()
 
     def summary(self) -> Mapping[str, Any]:
         """Return the entry ``slip``; a step that knows the force fills in the last two values."""

@@ -19,6 +19,7 @@ from tactile_core.formats.catalog import find_catalog
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, load_source
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
@@ -144,6 +145,7 @@ def new_profile(
     printed = markers_finding(markers, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
         found.append(printed)
+    found += _any_camera(base)
     tried = _overlaid(parent, found)
     if presses is not None:
         try:
@@ -165,6 +167,19 @@ def new_profile(
     return NewProfile(
         name, text, (*notes, unseen_note(base)), extends, _own_files(parent, extends), inputs
     )
+
+
+def _any_camera(parent: Profile) -> list[Finding]:
+    """Return the finding that the parent's camera is not this one; none if it names no device."""
+    if parent.camera is None:
+        return []
+    chosen = resolve("camera", parent.camera.use).selectors
+    named = [key for key in chosen if parent.camera.options.get(key) is not None]
+    comment = (
+        f"Not {parent.name}'s camera, but the one that is connected. With several, choose yours by "
+        f"{', '.join(chosen)}: 'tactile devices' lists them."
+    )
+    return [Finding("camera", comment, dict.fromkeys(named))] if named else []
 
 
 def _own_files(parent: str | Path, extends: str) -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tactile_core.algorithms.markers import detectable_diameter, expected_count
 from tactile_core.algorithms.markers.count import COUNT
+from tactile_core.conditioning.marker_mask import ONLY_DARK
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
@@ -60,7 +61,7 @@ def find_markers(
     if found is None and pitch_mm is not None:
         raise InputError(
             f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of markers; leave it out, or "
-            f"give a sharper image of the undeformed gel"
+            f"give a sharper image of the undeformed gel ({ONLY_DARK})"
         )
     if found is None:
         return None
@@ -104,7 +105,8 @@ def markers_finding(
     return Finding(
         "gel",
         f"{name} shows no lattice of markers, although {parent.name}'s gel has one. If this gel "
-        f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents.",
+        f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents "
+        f"({ONLY_DARK}).",
         {"markers": None},
         noted=True,
     )

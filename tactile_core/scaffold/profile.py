@@ -101,7 +101,8 @@ def render_profile(
     ]
     for section, unseen in _unseen(parent).items():
         lines += _section(section, findings, unseen, parent.name)
-    lines += _section("illumination", findings, {}, parent.name)
+    for section in ("camera", "illumination"):
+        lines += _section(section, findings, {}, parent.name)
     return "\n".join(lines) + "\n"
 
 

@@ -98,7 +98,7 @@ def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
     if image.color == "rgb" and kind.channels == 1:
         raise InputError(
             f"{name} is grey and {parent.name!r} measures colours; give --from a profile with "
-            f"sequential lights, or a colour image"
+            f"sequential lights, or a colour image; pins before a grey camera are not measured"
         )
     if image.color == "grey" and kind.channels == 3 and not _is_grey(pixels):
         raise InputError(

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from tactile_core import __version__
+from tactile_core.algorithms.annotations import parts
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.hookspecs import GROUP
@@ -155,9 +156,10 @@ class RegistrationChecks(Suite):
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:
     """Yield the models in an annotation and in their fields."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-        for field in annotation.model_fields.values():
-            yield from _models(field.annotation)
-    for argument in get_args(annotation):
-        yield from _models(argument)
+    for member in parts(annotation).members:
+        if isinstance(member, type) and issubclass(member, BaseModel):
+            yield member
+            for field in member.model_fields.values():
+                yield from _models(field.annotation)
+        for argument in get_args(member):
+            yield from _models(argument)

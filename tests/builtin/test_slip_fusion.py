@@ -199,7 +199,7 @@ def test_unrelated_images_and_markers_that_moved_too_far_show_no_slip() -> None:
         found = slip.estimate(KNOWN, WARNS, SLID, None, None, **seen)  # type: ignore[arg-type]
         assert found.state == "unknown"
         assert found.reason
-        assert found.warnings() == (f"slip is unknown: {found.reason}",)
     released = contact("height", absolute=True, touched=False)
     assert slip.estimate(released, HELD, STILL, None, None, frame=alone).state == "none"
-    assert slip.estimate(KNOWN, HELD, STILL, None, None).warnings() == ()
+    assert slip.estimate(KNOWN, HELD, STILL, None, None).reason == ""
+    assert any("higher frame rate" in words for words in outrun.warnings())

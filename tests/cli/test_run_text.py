@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tactile_core.cli.output import Warnings, print_if_fewer
 from tactile_core.cli.run import _text
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import (
@@ -35,6 +36,7 @@ def markers() -> MarkerField:
     [
         ({"state": "none", "degree": 0.0}, "no contact"),
         ({"state": "stick", "degree": 0.1}, "stick"),
+        ({"state": "unknown", "degree": 0.0, "reason": "no marker"}, "unknown (no marker)"),
         (
             {"state": "incipient", "degree": 0.42, "kind": "rotation"},
             "incipient (rotation, degree 0.42)",
@@ -70,3 +72,25 @@ def test_a_height_without_a_contact_mask_is_no_depth() -> None:
     line = words(surface(0.302, touched=True)[0])
     assert "deep" not in line
     assert "height up to 0.302 mm, no contact mask" in line
+
+
+def test_each_warning_is_printed_once_whatever_its_numbers(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    warnings = Warnings(["no bundle; make one"])
+    for share in (3, 4, 12.5):
+        warnings.print([f"{share} % of the frame is saturated; shorten the exposure"])
+        warnings.print(["no bundle; make one"])
+    warnings.print(["7 of 192 markers are seen; clean the gel"])
+    assert capsys.readouterr().err.splitlines() == [
+        "warning: 3 % of the frame is saturated; shorten the exposure",
+        "warning: 7 of 192 markers are seen; clean the gel",
+    ]
+
+
+def test_fewer_frames_than_asked_for_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    for came, asked in ((60, 60), (27, None)):
+        print_if_fewer(came, asked)
+    assert capsys.readouterr().err == ""
+    print_if_fewer(27, 60)
+    assert "only 27 of the 60 frames" in capsys.readouterr().err

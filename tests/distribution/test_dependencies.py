@@ -20,7 +20,7 @@ PROJECT = PACKAGE.parent / "pyproject.toml"
 def declared() -> list[str]:
     """Names of the distributions that installing the package brings."""
     table = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
-    return [re.split(r"[^A-Za-z0-9._-]", wanted)[0] for wanted in table["dependencies"]]
+    return sorted({re.split(r"[^A-Za-z0-9._-]", each)[0] for each in table["dependencies"]})
 
 
 @cache

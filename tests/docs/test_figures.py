@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,26 @@ def test_the_accuracy_page_states_the_results_of_the_benchmark(row: dict[str, An
     figures = [*row["values"].values(), *row["control"].values()]
     on_page = {float(number) for number in re.findall(r"\d+(?:\.\d+)?", " ".join(lines))}
     assert [f"{figure:.3g}" for figure in figures if float(f"{figure:.3g}") not in on_page] == []
+
+
+SETTING = re.compile(r"(\d[\d.]*) \(`([A-Z_]+)\.(\w+)`\)")
+"""A value with the parameter that holds it: ``0.04 (`FUSION.imprint_changed`)``."""
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if SETTING.search(text_of(page))])
+def test_a_setting_on_a_page_is_that_of_the_code(page: str) -> None:
+    for value, holder, name in SETTING.findall(text_of(page)):
+        (module,) = (
+            path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
+            for path in (ROOT / "tactile_core").rglob("*.py")
+            if f"\n{holder} = " in path.read_text(encoding="utf-8")
+        )
+        assert getattr(getattr(import_module(module), holder), name) == float(value)
+
+
+def test_the_limit_of_slip_names_its_parameter_wherever_it_stands() -> None:
+    pages = (EVIDENCE[0], "docs/adr/0043-unexplained-change-of-the-imprint.md")
+    assert all("imprint_changed" in text_of(page) for page in pages)
 
 
 @pytest.mark.parametrize("page", EVIDENCE)

@@ -75,6 +75,12 @@ def test_the_first_page_begins_like_the_readme_and_does_not_repeat_it() -> None:
     assert "make demo" not in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
+def test_the_list_of_all_pages_has_them_all() -> None:
+    listed = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    pages = (ROOT / "docs").glob("[ehrt]*/*.md")
+    assert [page.name for page in pages if f"/{page.name})" not in listed] == []
+
+
 def test_the_pages_show_exactly_the_generated_pictures() -> None:
     pattern = re.escape(site_links.GENERATED) + r"([\w.-]+)"
     shown = {name for text in TEXTS.values() for name in re.findall(pattern, text)}

@@ -13,6 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind, image_kind, read_image, write_png
@@ -305,3 +306,36 @@ def test_every_kind_of_recorded_image_is_read(recordings: Path) -> None:
         found = image_kind(recordings / name)
         assert found == ImageKind.of(read_image(recordings / name))
         assert kind in (None, found)
+
+
+@pytest.mark.parametrize("ending", ["jpg", "png", "tiff", "webp"])
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_an_orientation_tag_is_ignored_in_every_format(
+    tmp_path: Path, ending: str, orientation: int
+) -> None:
+    tag = Image.Exif()
+    tag[274] = orientation
+    stored = np.zeros((40, 60, 3), np.uint8)
+    stored[:16, :16] = 200
+    path = tmp_path / f"turned.{ending}"
+    Image.fromarray(stored).save(path, exif=tag)
+    found = read_image(path)
+    assert found.shape == stored.shape
+    assert np.abs(found[4:12, 4:12].astype(int) - 200).max() < 20
+    assert found[24:, 24:].max() < 20
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.array([[None, 1]]),
+        np.zeros((4, 4)),
+        np.zeros((4, 4, 2), np.uint8),
+        np.zeros((0, 4), np.uint8),
+        "a.png",
+    ],
+)
+def test_what_is_no_image_is_not_written(tmp_path: Path, wrong: object) -> None:
+    with pytest.raises(InputError, match=r"is no image; give \(H, W\)"):
+        write_png(tmp_path / "a.png", wrong)  # type: ignore[arg-type]
+    assert not (tmp_path / "a.png").exists()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support.mjpeg_server import jpeg
 
@@ -34,6 +34,7 @@ def bodies(parser: MjpegParser, data: bytes, cuts: Sequence[int] = ()) -> list[b
     return [part.body for several in parts for part in several]
 
 
+@example([len(stream(IMAGES[:1], lengths=False)) + 5], False, b"\r\n", b"\r\n")  # in a boundary
 @given(
     st.lists(st.integers(0, 10_000), max_size=12),
     st.booleans(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 from contextlib import suppress
 from pathlib import Path
 
@@ -117,3 +118,19 @@ def test_oversized_frames_are_rejected_before_decoding(
     monkeypatch.setattr(formats_video, "MAX_PIXELS", 32 * 16 - 1)
     with pytest.raises(InputError, match="32 × 16 pixels"):
         open_video(video)
+
+
+def test_a_video_that_says_how_to_turn_it_is_read_as_stored(tmp_path: Path) -> None:
+    path = tmp_path / "turned.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 10, (64, 48))
+    for _ in range(3):
+        writer.write(np.full((48, 64, 3), 90, np.uint8))
+    writer.release()
+    data = bytearray(path.read_bytes())
+    matrix = data.find(b"tkhd") + 44
+    one = 1 << 16
+    data[matrix : matrix + 36] = struct.pack(">9i", 0, one, 0, -one, 0, 0, 48 * one, 0, 1 << 30)
+    path.write_bytes(data)
+    found = open_video(path)
+    assert (found.kind.width_px, found.kind.height_px) == (64, 48)
+    assert {pixels.shape for pixels, _ in found.frames()} == {(48, 64, 3)}

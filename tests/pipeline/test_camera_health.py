@@ -88,11 +88,25 @@ def test_an_observation_under_six_lights_may_take_six_times_as_long() -> None:
 
 def test_a_camera_of_unknown_rate_is_compared_with_its_best() -> None:
     health = CameraHealth(live=True)
-    for now_s, rate_hz in ((0.0, 900.0), (3.0, 25.0), (6.0, 12.0)):
-        health.add(StreamStatistics(received=25, rate_hz=rate_hz), None, (), now_s)
-        if now_s == 0:
+    for second in range(40):
+        rate_hz = 900.0 if second == 0 else 25.0 if second < 20 else 12.0
+        health.add(StreamStatistics(received=25 * second, rate_hz=rate_hz), None, (), second)
+        if second == 0:
             assert health.rate().verdict == "unknown"  # two images that arrived together
     assert "12.0 images arrive each second instead of 25.0" in health.rate().message
+
+
+@pytest.mark.parametrize("nominal_hz", [None, 25.0])
+@pytest.mark.parametrize("hiccup_s", [1, 11, 20])
+def test_images_that_were_held_up_and_arrive_in_a_burst_are_no_rate(
+    nominal_hz: float | None, hiccup_s: int
+) -> None:
+    rates = dict.fromkeys(range(30), 25.0) | {hiccup_s: 12.0, hiccup_s + 1: 34.0}
+    health = CameraHealth(live=True)
+    for now_s, rate_hz in rates.items():
+        statistics = StreamStatistics(received=25 * now_s, rate_hz=rate_hz)
+        health.add(statistics, nominal_hz, (), now_s)
+        assert health.rate().verdict in ("ok", "unknown")
 
 
 def test_images_that_a_slow_reader_leaves_out_are_no_fault() -> None:

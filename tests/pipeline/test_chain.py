@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 import pytest
 from pydantic import BaseModel
+from typing_extensions import TypeAliasType
 
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.interfaces.device import Options
@@ -405,6 +406,18 @@ class Split(Estimator):
         return Load(frame.timestamp_s), Area(2 * frame.timestamp_s)
 
 
+Glowing = TypeAliasType("Glowing", Load | None)
+Both = TypeAliasType("Both", tuple[Brightness, Area])
+Posed = TypeAliasType("Posed", External[RobotPose])
+
+
+class Aliased(Estimator):
+    """Annotated with aliases."""
+
+    def estimate(self, load: Glowing, pose: Posed) -> Both:
+        return Brightness(load.newtons if load else pose.x_mm), Area(pose.x_mm)
+
+
 class Carried(Estimator):
     """Needs an external quantity."""
 
@@ -419,6 +432,14 @@ def test_a_step_can_provide_several_quantities() -> None:
     assert isinstance(area, Area)
     assert area.mm2 == 2 * load.newtons
     assert result.steps["split"] is load
+
+
+def test_aliases_mean_what_they_stand_for() -> None:
+    step = declared_step("aliased", Aliased(Options(), CONTEXT))
+    assert step.takes == (Load, RobotPose)
+    assert step.needs == (RobotPose,)
+    assert step.external == {RobotPose}
+    assert step.gives == (Brightness, Area)
 
 
 def test_two_steps_that_provide_a_common_quantity_are_rejected() -> None:

@@ -270,3 +270,12 @@ def test_external_quantities_are_given_with_the_frame(lab: VirtualLab) -> None:
     without = pipeline.process(frame)
     assert "robot" not in without
     assert any("'robot' needs RobotPose" in warning for warning in without.warnings)
+
+
+def test_a_printed_reading_names_its_quantities_and_warnings_and_no_array(lab: VirtualLab) -> None:
+    reading = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))
+    shown = str(replace(reading, warnings=("clean the gel",))).splitlines()
+    assert shown[0] == "Reading of press at 0.000 s"
+    assert any("HeightMap(mm=<" in line for line in shown)
+    assert shown[-1] == "  warning: clean the gel"
+    assert max(map(len, shown)) < 600

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, field_validator, model_validator
+from typing_extensions import TypeAliasType
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
@@ -28,8 +29,14 @@ class Layer(BaseModel):
     size: int
 
 
+Folder = TypeAliasType("Folder", Path)
+Stack = TypeAliasType("Stack", list[Layer])
+
+
 class Net(Estimator):
     class Options(Options):
+        place: Folder | None = None
+        stack: Stack = []
         weights: Path
         more: list[Path] = []
         table: Path | Literal["auto"] | None = "auto"
@@ -86,12 +93,43 @@ def test_options_that_are_paths_are_relative_to_the_profile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write(tmp_path, "    weights: ../cnn.onnx\n    more: [a, /b]\n    table: t\n    title: x.y\n")
+    write(
+        tmp_path,
+        "    weights: ../cnn.onnx\n    more: [a, /b]\n    table: t\n    title: x.y\n    place: p\n",
+    )
     options = load_profile("lab/p.yaml").estimators["height"].options
     assert Path(options["weights"]).resolve() == tmp_path / "cnn.onnx"
     assert options["more"] == [str(tmp_path / "lab" / "a"), "/b"]
     assert options["table"] == str(tmp_path / "lab" / "t")
     assert options["title"] == "x.y"
+    assert options["place"] == str(tmp_path / "lab" / "p")
+
+
+CAMERA = """\
+schema: 1
+name: bench
+image: {width_px: 320, height_px: 240, mm_per_px: 0.05}
+camera: {use: core.uvc, usb_id: "046d:081b", product: C310, fps: 30}
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "chosen"),
+    [
+        ("fps: 25", {"usb_id", "product"}),
+        ("product: See3CAM", {"product"}),
+        ("serial: A1, port: 1-2", {"serial", "port"}),
+    ],
+)
+def test_a_profile_that_chooses_its_device_drops_the_parents_choice(
+    tmp_path: Path, own: str, chosen: set[str]
+) -> None:
+    (tmp_path / "parent.yaml").write_text(CAMERA, encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"extends: parent.yaml\nname: mine\ncamera: {{{own}}}\n", encoding="utf-8")
+    options = load_profile(path).camera.options
+    assert chosen == {"usb_id", "product", "serial", "port"}.intersection(options)
+    assert "fps" in options
 
 
 @pytest.mark.usefixtures("nets")

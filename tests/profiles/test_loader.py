@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import tactile_core
 from tactile_core.errors import Problem, ProfileError
 from tactile_core.profiles.loader import (
     load_profile,
@@ -339,6 +340,16 @@ def test_a_missing_plugin_is_reported_with_its_package(tmp_path: Path) -> None:
     (message,) = messages_of(text, tmp_path)
     assert message.startswith("9:16: illumination.use: ")
     assert message.endswith("run 'pip install tactile-not-here-yet'")
+
+
+def test_a_plugin_of_the_clone_is_installed_from_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tactile_core, "__file__", str(tmp_path / "tactile_core" / "__init__.py"))
+    (tmp_path / "plugins" / "tactile-not-here-yet").mkdir(parents=True)
+    text = VALID + "illumination: {use: not_here_yet.tricolour}\n"
+    (message,) = messages_of(text, tmp_path)
+    assert message.endswith(f"run 'pip install {tmp_path}/plugins/tactile-not-here-yet'")
 
 
 def test_structure_and_components_are_validated_separately(tmp_path: Path) -> None:

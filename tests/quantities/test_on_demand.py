@@ -135,3 +135,11 @@ def test_standard_deviations_wait_too() -> None:
     assert not calls
     assert slopes.std is not None
     assert slopes.std.shape == SHAPE
+
+
+def test_a_quantity_is_shown_without_its_arrays_and_without_computing_them() -> None:
+    calls: list[int] = []
+    made = height(calls)
+    assert repr(made).startswith("HeightMap(mm=<computed when read>, valid=<computed when read>")
+    assert not calls
+    assert "valid=<7×9 bool>" in repr(replace(made, valid=made.valid))

@@ -51,6 +51,8 @@ def test_the_profile_holds_only_differences(picture: Path, tmp_path: Path) -> No
         "width_px",
         "height_px",
         "mm_per_px",
+        "camera",
+        "usb_id",
     ]
     profile = saved(made, tmp_path)
     parent = load_profile(UNMARKED)
@@ -126,7 +128,15 @@ def test_a_gel_without_markers_is_reported_from_a_parent_with_them(
 ) -> None:
     made = new_profile("mine", "hex_fingertip", picture, mm_per_px=0.125)
     assert saved(made, tmp_path).gel.markers is None
-    assert any("no lattice of markers" in note for note in made.notes)
+    (note,) = (note for note in made.notes if "no lattice of markers" in note)
+    assert "only dark markers are detected, not white or coloured dots and pins" in note
+
+
+def test_the_parents_camera_is_not_taken_for_this_sensors(picture: Path, tmp_path: Path) -> None:
+    assert load_profile("hex_fingertip").camera.options["usb_id"]
+    made = new_profile("mine", "hex_fingertip", picture, mm_per_px=0.125)
+    assert saved(made, tmp_path).camera.options.get("usb_id") is None
+    assert "'tactile devices' lists them" in " ".join(made.text.split())
 
 
 def test_dark_surroundings_are_cropped(tmp_path: Path) -> None:

@@ -88,6 +88,7 @@ class VideoSource(ImageSource):
                 *(cv2.CAP_PROP_N_THREADS, 1),
             ],
         )
+        self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # like the stream's recording
         if not self._capture.isOpened():
             self._capture.release()
             raise DeviceError(

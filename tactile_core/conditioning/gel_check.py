@@ -150,8 +150,8 @@ class GelCheck:
         ramp, field, least = self._limits
         smooth = self._projection @ left
         return (
-            _rms(self._polynomials[3] @ smooth) < 0.5 * min(ramp, field)
-            and agreement(left, SURFACE_TOLERANCE) > 2 * least
+            _rms(self._polynomials[3] @ smooth) < 0.7 * min(ramp, field)
+            and agreement(left, SURFACE_TOLERANCE) > least
         )
 
     @cached_property

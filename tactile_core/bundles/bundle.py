@@ -23,6 +23,7 @@ from tactile_core.bundles.references import reference_arrays, reference_of
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
 from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.formats.printable import shown
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.slope_errors import SlopeErrors
@@ -41,7 +42,7 @@ _PATIENCE_S = 30.0
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
 """Classes of the artefacts that the core uses itself."""
 
-_SERIAL = re.compile(r"[A-Za-z0-9._-]+")
+_SERIAL = re.compile(r"[A-Za-z0-9._-]{1,100}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +248,9 @@ def check_serial(serial: str, of: str = "serial") -> str:
         It has characters other than letters, digits, ``.``, ``_`` and ``-``.
     """
     if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
-        raise InputError(f"{of} {serial!r}: use only letters, digits, '.', '_' and '-'")
+        raise InputError(
+            f"{of} {shown(serial)}: use only letters, digits, '.', '_' and '-', 100 at most"
+        )
     return serial
 
 

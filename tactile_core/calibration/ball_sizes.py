@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tactile_core.errors import InputError
-from tactile_core.formats.catalog import find_catalog
+from tactile_core.formats.catalog import CATALOG_FILE, find_catalog
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.recording import open_recording
@@ -34,6 +34,8 @@ class TargetParameters(NamedTuple):
     largest_ball_mm: float = 1000.0
     widest_label: float = 1.25
 
+
+_A_CATALOG = f"a {CATALOG_FILE} in the folder of presses"
 
 TARGET = TargetParameters()
 """The values in use."""
@@ -62,9 +64,10 @@ def ball_diameters_mm(
     catalog = find_catalog(presses) if presses.is_dir() else None
     if catalog is None:
         if others_mm is None:
+            other = presses / CATALOG_FILE
             raise InputError(
-                "the ball's diameter is missing; give --ball-diameter-mm (or --target, or a "
-                "catalog.csv in the folder of presses)"
+                f"the ball's diameter is missing; give --ball-diameter-mm (or --target, or "
+                f"{f'the columns file,diameter_mm in {other}' if other.is_file() else _A_CATALOG})"
             )
         return (others_mm,) * count
     catalog.check_listed()

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_text
+from tactile_core.formats.cells import read_table
 from tactile_core.formats.printable import printable, shown
 
 CATALOG_FILE = "catalog.csv"
@@ -75,25 +74,17 @@ def find_catalog(folder: Path) -> Catalog | None:
     path = folder / CATALOG_FILE
     if not path.is_file():
         return None
-    reader = csv.DictReader(read_text(path).splitlines(), skipinitialspace=True, strict=True)
-    try:
-        columns = [(name or "").strip() for name in reader.fieldnames or ()]
-        place = next((name for name in _PLACES if name in columns), None)
-        size = next((name for name in _DIAMETERS if name in columns), None)
-        if place is None or size is None:
-            return None
-        diameters_mm: dict[str, float] = {}
-        for row in reader:
-            where = f"{path}:{reader.line_num}"
-            cells = {key.strip(): (row[key] or "").strip() for key in row if key is not None}
-            name = _relative(cells[place], where)
-            if name in diameters_mm:
-                raise InputError(
-                    f"{where}: {printable(name)} already has a diameter; keep one line"
-                )
-            diameters_mm[name] = _diameter_mm(cells[size], where)
-    except csv.Error as error:
-        raise InputError(f"{path}:{reader.line_num}: this is not CSV: {error}") from None
+    columns, lines = read_table(path)
+    place = next((name for name in _PLACES if name in columns), None)
+    size = next((name for name in _DIAMETERS if name in columns), None)
+    if place is None or size is None:
+        return None
+    diameters_mm: dict[str, float] = {}
+    for where, cells in lines:
+        name = _relative(cells[place], where)
+        if name in diameters_mm:
+            raise InputError(f"{where}: {printable(name)} already has a diameter; keep one line")
+        diameters_mm[name] = _diameter_mm(cells[size], where)
     return Catalog(path, diameters_mm, place == FOLDER_COLUMN)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -11,8 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
-from tactile_core.formats.cells import finite_number, observation_name
-from tactile_core.formats.files import read_text
+from tactile_core.formats.cells import finite_number, observation_name, read_table
 from tactile_core.formats.printable import shown
 
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")
@@ -62,7 +60,9 @@ def read_forces(path: Path) -> ForceTable:
         The file is missing, or a line is invalid; the message names the line.
     """
     path = Path(path)
-    header, lines = _read(path)
+    header, lines = read_table(path)
+    if not lines:
+        raise InputError(f"{path} has no line with a force")
     key: Key | None = next((k for k in ("frame", "file", "time_s") if k in header), None)
     columns = [name for name in _COMPONENTS if name in header]
     if key is None or not columns:
@@ -92,7 +92,9 @@ def read_weights(path: Path) -> ForceTable:
         As :func:`read_forces`.
     """
     path = Path(path)
-    header, lines = _read(path)
+    header, lines = read_table(path)
+    if not lines:
+        raise InputError(f"{path} has no line with a force")
     if not {"file", "mass_g"} <= set(header):
         raise InputError(f"{path}:1: the first line must be file,mass_g")
     names = [_name(cells["file"], "file", where) for where, cells in lines]
@@ -116,24 +118,6 @@ def _table(
     if not (np.diff(times_s) > 0).all():
         raise InputError(f"{path}: time_s must increase from line to line")
     return ForceTable(path, key, (), times_s, forces, tuple(sequences))
-
-
-def _read(path: Path) -> tuple[list[str], list[tuple[str, dict[str, str]]]]:
-    reader = csv.DictReader(read_text(path).splitlines(), skipinitialspace=True, strict=True)
-    try:
-        header = [(name or "").strip() for name in reader.fieldnames or ()]
-        lines = [
-            (
-                f"{path}:{reader.line_num}",
-                {key.strip(): (value or "").strip() for key, value in row.items() if key},
-            )
-            for row in reader
-        ]
-    except csv.Error as error:
-        raise InputError(f"{path}:{reader.line_num}: this is not CSV: {error}") from None
-    if not lines:
-        raise InputError(f"{path} has no line with a force")
-    return header, lines
 
 
 def _name(text: str, key: Key, where: str) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tactile_core.errors import InputError
-from tactile_core.formats.cells import finite_number, observation_name
-from tactile_core.formats.files import read_text
+from tactile_core.formats.cells import finite_number, observation_name, read_table
 from tactile_core.formats.printable import printable
 
 if TYPE_CHECKING:
@@ -48,32 +46,26 @@ def read_labels(
     from tactile_core.algorithms.circles import Circle
 
     path = Path(path)
-    text = read_text(path)
-    reader = csv.DictReader(text.splitlines(), skipinitialspace=True, strict=True)
+    columns, lines = read_table(path)
     circles: dict[str, Circle] = {}
-    try:
-        missing = {"file", *_NUMBERS} - {(name or "").strip() for name in reader.fieldnames or ()}
-        if missing:
+    missing = {"file", *_NUMBERS} - set(columns)
+    if missing:
+        raise InputError(
+            f"{path}:1: column {sorted(missing)[0]!r} is missing; the first line must be "
+            f"file,{','.join(_NUMBERS)}"
+        )
+    for where, cells in lines:
+        name = observation_name(cells["file"])
+        x, y, radius = (finite_number(cells[key], key, where) for key in _NUMBERS)
+        if not name or not radius > 0:
+            what = "contact_radius_px must be positive" if name else "'file' is empty"
+            raise InputError(f"{where}: {what}")
+        if name in circles:
             raise InputError(
-                f"{path}:1: column {sorted(missing)[0]!r} is missing; the first line must be "
-                f"file,{','.join(_NUMBERS)}"
+                f"{where}: {printable(cells['file'][:80])} already has a circle; keep one line"
             )
-        for row in reader:
-            where = f"{path}:{reader.line_num}"
-            cells = {key.strip(): (row[key] or "").strip() for key in row if key is not None}
-            name = observation_name(cells["file"])
-            x, y, radius = (finite_number(cells[key], key, where) for key in _NUMBERS)
-            if not name or not radius > 0:
-                what = "contact_radius_px must be positive" if name else "'file' is empty"
-                raise InputError(f"{where}: {what}")
-            if name in circles:
-                raise InputError(
-                    f"{where}: {printable(cells['file'][:80])} already has a circle; keep one line"
-                )
-            _check_circle(x, y, radius, size_px, largest_radius_px, where)
-            circles[name] = Circle((x, y), radius, True, "", 1.0)
-    except csv.Error as error:
-        raise InputError(f"{path}:{reader.line_num}: this is not CSV: {error}") from None
+        _check_circle(x, y, radius, size_px, largest_radius_px, where)
+        circles[name] = Circle((x, y), radius, True, "", 1.0)
     return circles
 
 

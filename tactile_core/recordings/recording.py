@@ -32,6 +32,21 @@ _SCALE_TOLERANCE = 0.01
 """Largest relative difference between the scales of scans in one recording."""
 _GS_SDK_IMAGE = "gelsight"
 """Name of the image in a folder that gs_sdk has written."""
+_BAG = "a ROS bag; extract its images, as PNG files in a folder or as a video"
+_ARRAYS = (
+    "an array file; save its images as PNG, or measure them in Python by pipeline.frame(image)"
+)
+_ARCHIVE = "an archive; unpack it"
+_HDF5 = "HDF5 of another program; a sensor's recording ends in .h5, and images can be saved as PNG"
+_FOREIGN = {
+    **dict.fromkeys((".bag", ".db3"), _BAG),
+    **dict.fromkeys((".mat", ".npy", ".npz", ".pkl", ".pt"), _ARRAYS),
+    **dict.fromkeys((".7z", ".gz", ".rar", ".tar", ".tgz", ".xz", ".zip"), _ARCHIVE),
+    **dict.fromkeys((".hdf", ".hdf5", ".he5"), _HDF5),
+}
+"""What files are that no recording can be, and what to do with them, by their ending."""
+_CHECKED = 500
+"""Images whose headers are read before the first is measured, if there are more."""
 _YAML = frozenset({".yaml", ".yml"})
 
 
@@ -157,6 +172,8 @@ def open_recording(
     if suffix in VIDEO_SUFFIXES:
         video = open_video(path)
         return Recording(path, video.kind, VideoSource(path.stem, video))
+    if suffix in _FOREIGN:
+        raise InputError(f"{path} is {_FOREIGN[suffix]}")
     return _of_files(path, [Files(path.stem, (path,))])
 
 
@@ -315,10 +332,11 @@ def _common_crop(scans: dict[Path, Scan]) -> Crop | None:
 
 
 def _of_files(path: Path, observations: Sequence[Files]) -> Recording:
-    """Check that all images are of one kind; reads only their headers."""
+    """Check by headers that images are of one kind; the source checks each as it is read."""
     images = [image for observation in observations for image in observation.paths]
     kind = image_kind(images[0])
-    for image in images[1:]:
+    # some of very many, or a long recording waits for seconds before its first reading
+    for image in images[1 :: 1 + len(images) // _CHECKED]:
         other = image_kind(image)
         if other != kind:
             raise InputError(
@@ -335,7 +353,9 @@ def _instead(inside: Sequence[Path]) -> str:
     folders = [p.name for p in inside if p.is_dir()]
     if videos or folders:
         return f"; name one of its entries, e.g. {(videos or folders)[0]}"
-    return f", only other files, e.g. {inside[0].name}"
+    named = next((p for p in inside if p.suffix.lower() in _FOREIGN), inside[0])
+    foreign = _FOREIGN.get(named.suffix.lower(), "")
+    return f", only other files, e.g. {named.name}{foreign and f', which is {foreign}'}"
 
 
 def _words(count: int) -> str:

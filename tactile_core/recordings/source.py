@@ -89,8 +89,8 @@ class FileSource(ObservationSource):
                 pixels = read_image(path)
                 if ImageKind.of(pixels) != self.kind:
                     raise InputError(
-                        f"{path} is {ImageKind.of(pixels)}, but its header said {self.kind}; "
-                        f"record or save it again"
+                        f"{path} is {ImageKind.of(pixels)}, but the recording began with "
+                        f"{self.kind}; all images of a recording must be of one kind"
                     )
                 time_s = number / self.fps if times_s is None else times_s[number]
                 images.append(

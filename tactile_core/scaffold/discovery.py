@@ -16,6 +16,7 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import find_catalog
+from tactile_core.formats.printable import shown
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
@@ -48,8 +49,10 @@ def check_name(name: str) -> None:
     InputError
         It has characters other than letters, digits and ``_``, or is that of a shipped profile.
     """
-    if not _NAME.fullmatch(name) or not name.isascii():
-        raise InputError(f"{name!r}: a name has letters, digits and '_', and begins with a letter")
+    if not _NAME.fullmatch(name) or not name.isascii() or len(name) > 100:
+        raise InputError(
+            f"{shown(name)}: a name has up to 100 letters, digits and '_', and begins with a letter"
+        )
     if name in [entry.name for entry in shipped_profiles()]:
         raise InputError(f"{name!r} is the name of a shipped profile; choose another")
 

@@ -61,3 +61,8 @@ def test_a_path_that_is_not_there_is_named(tmp_path: Path) -> None:
         found.check_listed()
     (tmp_path / "a.png").touch()
     found.check_listed()
+
+
+def test_semicolons_and_decimal_commas_of_a_spreadsheet_are_read(tmp_path: Path) -> None:
+    found = catalog(tmp_path, "file;diameter_mm", "press 1,5 N.png;6,31", "b.png;4")
+    assert found.diameters_mm == {"press 1,5 N.png": 6.31, "b.png": 4.0}

@@ -134,3 +134,19 @@ def test_a_video_that_says_how_to_turn_it_is_read_as_stored(tmp_path: Path) -> N
     found = open_video(path)
     assert (found.kind.width_px, found.kind.height_px) == (64, 48)
     assert {pixels.shape for pixels, _ in found.frames()} == {(48, 64, 3)}
+
+
+@pytest.mark.parametrize(("ending", "codec"), [("flv", "FLV1"), ("wmv", "WMV2")])
+def test_every_container_that_ffmpeg_reads_is_a_video(
+    tmp_path: Path, ending: str, codec: str
+) -> None:
+    assert f".{ending}" in formats_video.VIDEO_SUFFIXES
+    path = tmp_path / f"clip.{ending}"
+    writer = cv2.VideoWriter(
+        str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*codec), 20.0, (64, 48)
+    )
+    for value in (40, 90, 140):
+        writer.write(np.full((48, 64, 3), value, np.uint8))
+    writer.release()
+    found = [int(pixels.mean()) for pixels, _ in open_video(path).frames()]
+    assert found == pytest.approx([40, 90, 140], abs=9)

@@ -11,6 +11,7 @@ import pytest
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import write_png
+from tactile_core.recordings import recording as recording_module
 from tactile_core.recordings.recording import Recording, open_recording
 
 
@@ -302,3 +303,36 @@ def test_a_catalogue_of_sequential_lights_lists_observations(tmp_path: Path) -> 
     (tmp_path / "catalog.csv").write_text("experiment_reldir,diameter(mm)\npress,4\n")
     assert values(open_recording(tmp_path, images_per_observation=3)) == [[0, 1, 2]]
     assert "exactly 2" in refusal(tmp_path, 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("press.npy", "an array file; save its images as PNG"),
+        ("press.bag", "a ROS bag; extract its images"),
+        ("press.hdf5", "HDF5 of another program"),
+        ("press.zip", "an archive; unpack it"),
+    ],
+)
+def test_a_file_that_no_recording_can_be_is_named_for_what_it_is(
+    tmp_path: Path, name: str, sentence: str
+) -> None:
+    (tmp_path / name).write_bytes(b"content")
+    for path in (tmp_path / name, tmp_path):
+        with pytest.raises(InputError, match=sentence):
+            open_recording(path)
+
+
+def test_of_very_many_images_some_are_checked_before_the_first_and_all_as_they_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording_module, "_CHECKED", 3)
+    for number in range(12):
+        shape = (5, 7, 3) if number != 10 else (7, 5, 3)
+        write_png(tmp_path / f"f{number}.png", np.zeros(shape, np.uint8))
+    found = iter(open_recording(tmp_path))
+    assert [next(found).name for _ in range(10)] == [f"f{number}" for number in range(10)]
+    with pytest.raises(
+        InputError, match=r"f10\.png is 5 × 7 .*, but the recording began with 7 × 5"
+    ):
+        next(found)

@@ -295,7 +295,7 @@ def test_force_does_not_replace_an_input(picture: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["", "my-tip", "my tip", "../x", "9lives", "hex_fingertip", "täst"]
+    "name", ["", "my-tip", "my tip", "../x", "9lives", "hex_fingertip", "täst", 300 * "a"]
 )
 def test_a_name_that_cannot_be_used_is_refused(name: str, picture: Path) -> None:
     with pytest.raises(InputError, match=r"name"):

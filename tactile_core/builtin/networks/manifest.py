@@ -6,7 +6,15 @@ import hashlib
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+from pydantic import (
+    Field,
+    FiniteFloat,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 
 from tactile_core.errors import InputError
 from tactile_core.formats.yaml import read_mapping
@@ -14,11 +22,17 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.section import Section
 
 Source = Literal["frame", "reference", "height", "displacement"]
-Numbers = float | tuple[float, ...]
+Numbers = FiniteFloat | tuple[FiniteFloat, ...]
+PositiveNumbers = PositiveFloat | tuple[PositiveFloat, ...]
 
 WRENCH = ("fx", "fy", "fz", "tz")
 """Names of the outputs of a network that estimates a wrench."""
 _COLOUR = 3
+
+
+def _check_length(name: str, given: object, of: tuple[object, ...] | None, what: str) -> None:
+    if isinstance(given, tuple) and of is not None and len(given) != len(of):
+        raise ValueError(f"{name} has {len(given)} values for {len(of)} {what}")
 
 
 class SensorImage(Section):
@@ -46,13 +60,15 @@ class Planes(Section):
         default="one", description="reference_mean: the mean of each channel of the reference."
     )
     mean: Numbers = Field(default=0.0, description="Subtracted after the division.")
-    std: Numbers = Field(default=1.0, description="Divides what remains.")
+    std: PositiveNumbers = Field(default=1.0, description="Divides what remains.")
 
     @model_validator(mode="after")
     def _is_an_image(self) -> Self:
         image = self.of in ("frame", "reference")
         if not image and (self.background != "none" or self.divide_by != "one"):
             raise ValueError(f"{self.of} has no background and no full scale; leave both out")
+        for name in ("mean", "std"):
+            _check_length(name, getattr(self, name), self.channels, "channels")
         if self.of == "reference" and self.background == "difference":
             raise ValueError("the reference minus itself is 0; take the frame's difference")
         return self
@@ -83,7 +99,7 @@ class NetworkValues(Section):
     names: tuple[str, ...] = ()
     scale: Numbers = Field(default=1.0, description="Multiplies the network's output.")
     offset: Numbers = Field(default=0.0, description="Added afterwards.")
-    std: tuple[float, ...] | None = Field(
+    std: tuple[NonNegativeFloat, ...] | None = Field(
         default=None, description="Standard deviations without load, in the unit."
     )
     std_share: Numbers = Field(
@@ -97,8 +113,8 @@ class NetworkValues(Section):
                 raise ValueError(f"a wrench has the names {', '.join(WRENCH)}, in any order")
             if self.unit not in ("N", "N/MPa"):
                 raise ValueError(f"the unit of a wrench is N or N/MPa, not {self.unit!r}")
-        if self.std is not None and len(self.std) != len(self.names):
-            raise ValueError("std has another length than names")
+        for name in ("scale", "offset", "std", "std_share"):
+            _check_length(name, getattr(self, name), self.names or None, "names")
         return self
 
 

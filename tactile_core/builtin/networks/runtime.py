@@ -28,11 +28,14 @@ class OpenCvNetwork(LoadedNetwork):
     def __init__(self, content: bytes, name: str) -> None:
         try:
             self._net: Any = cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
-        except cv2.error as error:
+            empty = self._net.empty()
+        except Exception as error:  # for a damaged file not only cv2.error
             raise InputError(
                 f"OpenCV cannot load {name} ({_words(error)}); set 'runtime: onnxruntime' in this "
-                f"step, or export the network with simpler layers"
+                f"step, or export the network again, with simpler layers"
             ) from None
+        if empty:
+            raise InputError(f"{name} holds no network; export it again")
 
     def run(self, tensor: Float32) -> Float32:
         """Return the first output."""
@@ -115,6 +118,11 @@ def tried(network: LoadedNetwork, tensor: Float32, name: str, outputs: int | Non
             f"{name}: the network does not take an input of {shape} ({_words(error)}); correct "
             f"size, order, frames or planes in the manifest"
         ) from None
+    if not np.isfinite(found).all():
+        raise InputError(
+            f"{name}: the network gives values that are not finite, so its weights are not; train "
+            f"or export it again"
+        )
     if outputs is not None and len(found) != outputs:
         raise InputError(
             f"{name}: the network gives {len(found)} values and the manifest names {outputs}; "

@@ -210,3 +210,54 @@ def test_a_mistake_in_the_manifest_is_named(
 def test_a_wrench_belongs_to_the_force_step(tmp_path: Path) -> None:
     wrench = {"quantity": "wrench", "unit": "N", "names": ["fx", "fy", "fz", "tz"]}
     assert "use core.force_cnn" in fails(network(tmp_path, count=4, output=wrench))
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"output": VECTOR | {"scale": [1, 2, 3]}}, "scale has 3 values for 2 names"),
+        ({"output": VECTOR | {"offset": [1]}}, "offset has 1 values for 2 names"),
+        ({"output": VECTOR | {"std": [-1, 1]}}, "output.std"),
+        ({"output": VECTOR | {"scale": float("nan")}}, "output.scale"),
+        ({"input": INPUT | {"planes": [{"of": "frame", "std": 0}]}}, "std.*greater than 0"),
+        (
+            {"input": INPUT | {"planes": [{"of": "frame", "channels": [0], "mean": [1, 2]}]}},
+            "mean has 2 values for 1 channels",
+        ),
+    ],
+)
+def test_numbers_that_cannot_be_used_are_refused(
+    tmp_path: Path, changed: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(InputError, match=sentence):
+        step(network(tmp_path, **changed))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_refused_when_the_network_is_opened(
+    tmp_path: Path, value: float
+) -> None:
+    weights = np.full((2, 36), value, np.float32)
+    manifest = written_network(
+        tmp_path,
+        weights,
+        np.zeros(2, np.float32),
+        image=(WIDTH, HEIGHT, 3),
+        planes=3,
+        input=INPUT,
+        output=VECTOR,
+    )
+    with pytest.raises(InputError, match="values that are not finite"):
+        step(manifest).open()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9])
+def test_a_truncated_network_with_its_own_hash_is_refused(tmp_path: Path, share: float) -> None:
+    manifest = network(tmp_path)
+    file = tmp_path / "network.onnx"
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(share * len(whole))])
+    hashes = [hashlib.sha256(data).hexdigest() for data in (whole, file.read_bytes())]
+    manifest.write_text(manifest.read_text("utf-8").replace(*hashes), "utf-8")
+    with pytest.raises(InputError, match="network"):
+        step(manifest).open()

@@ -37,8 +37,6 @@ class Attempt:
         Files of an earlier run of the same command, which this one may replace.
     named : tuple of str
         Names that a refusal must mention.
-    blamed : tuple of str
-        Names that a message about a bug must mention; none, if no message may be about one.
     wires : str
         Fault of stdout or stderr.
     signal : (number, seconds), optional
@@ -62,7 +60,6 @@ class Attempt:
     codes: frozenset[int] = REFUSED
     ours: tuple[Path, ...] = ()
     named: tuple[str, ...] = ()
-    blamed: tuple[str, ...] = ()
     fault: Fault | None = None
     wires: str = ""
     signal: tuple[int, float] | None = None

@@ -28,7 +28,8 @@ _NOISE = re.compile(
 )
 _MESSAGE = re.compile(r"^(?:tactile: |Error: )|^Usage: (?=.*\n(?!Try))", re.MULTILINE)
 """Matches messages; a wrong call also prints its usage, an empty call only that."""
-_BUG = "this is a bug"
+_BUG = re.compile("this is a bug(?! of its author)")
+"""Matches a message about a bug of ours; that of a plugin belongs to its author."""
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")
 _ALLOWED = frozenset({"TactileError", "ValueError", "TypeError", "ValidationError"})
 
@@ -92,7 +93,7 @@ def _of_the_output(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
     stderr, data = _text(outcome.stderr), _text(outcome.stdout)
     if noise := _NOISE.search(stderr):
         yield f"noise on stderr: {plain(_line_at(stderr, noise.start()))}"
-    if _BUG in stderr and not all(name in stderr for name in attempt.blamed or ("\x00",)):
+    if _BUG.search(stderr) and not all(name in stderr for name in attempt.named or ("\x00",)):
         yield f"this is a bug: {outcome.report.get('place', plain(stderr))}"
     count = len(_MESSAGE.findall(stderr))
     several = attempt.words[:1] == ["validate"]
@@ -109,7 +110,7 @@ def _of_the_output(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
     for text, stream in ((stderr, "stderr"), (data, "stdout")):
         if _UNPRINTABLE.search(text.replace("\r", "")):
             yield f"control characters on {stream}: {attempt.words[:1]}"
-    if "tactile: " in data or _BUG in data:
+    if "tactile: " in data or _BUG.search(data):
         yield "an error on stdout"
     # with a full stderr no message can be printed, but the work is done
     ended = outcome.code in (0, 130) or not readable

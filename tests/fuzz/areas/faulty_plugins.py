@@ -80,7 +80,6 @@ def attempt_of(box: Sandbox, kind: str, place: str, way: str, rng: Random) -> At
     return Attempt(
         words,
         named=named,
-        blamed=named or ("fuzzed",),  # also where nothing must be refused
         codes=frozenset(codes),
         plugins=(PACKAGE,),
         environment={"FUZZED": f"{place}:{way}" if kind == "import" else ""},

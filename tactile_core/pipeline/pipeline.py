@@ -15,6 +15,7 @@ import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
@@ -167,8 +168,8 @@ class Pipeline:
         given |= self._parts.fitted
         if self.reference is not None:
             given[Reference] = self.reference
-        if self._parts.gel_check is not None:
-            given[ShownGel] = self._parts.gel_check(frame)
+        if self.gel_check is not None:
+            given[ShownGel] = self.gel_check(frame)
         if self._parts.measures:
             measured = self._parts.measured(frame)
             given[type(measured)] = measured
@@ -288,6 +289,11 @@ class Pipeline:
     def reference_gradients(self) -> ReferenceGradients | None:
         """The slopes that the calibration measures on the reference; None if no step takes them."""
         return self._parts.reference_gradients
+
+    @property
+    def gel_check(self) -> GelCheck | None:
+        """What compares frames with the reference; None without one."""
+        return self._parts.gel_check
 
     @property
     def takes(self) -> frozenset[type[Quantity]]:

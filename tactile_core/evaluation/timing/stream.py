@@ -25,9 +25,11 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
     ReferenceGradients,
+    ShownGel,
 )
 
 ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lights verified", "markers masked", "slopes"
+CHECK = "gel checked"
 WHOLE = "whole frame"
 
 
@@ -86,16 +88,20 @@ class Stream:
         if self._condition.finder is not None:
             with _timed(times, MARKERS):
                 frame = self._condition.masked(frame)
-        calibration = self._bundle.calibration
+        calibration, check = self._bundle.calibration, self._pipeline.gel_check
         assert calibration is not None
+        assert check is not None
         with _timed(times, SLOPES):
             frame = self._condition.compensated(frame)
             measured = measured_by(calibration, frame, reference)
             if self._bundle.errors is not None and isinstance(measured, Gradients):
                 measured = self._bundle.errors.added_to(measured)
+        with _timed(times, CHECK):
+            shown = check(frame)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,
             Reference: reference,
+            ShownGel: shown,
             type(measured): measured,
         }
         if self._pipeline.reference_gradients is not None:

@@ -13,6 +13,7 @@ from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.bundles.manifest import LIGHT, Manifest
+from tactile_core.calibration.light_range import light_range
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.evaluation.timing.still import StillCamera
@@ -152,6 +153,7 @@ def virtual_unit(
         bit_depth=image.bit_depth,
         ball_diameters_mm=(ball_mm,),
         presses_used=UNIT.presses,
+        light_range=light_range(presses, reference),
         profile_hash=profile_hash(profile),
     )
     frames = tuple(replace(press.frame, marker_mask=None) for press in presses[: UNIT.kept_frames])

@@ -9,7 +9,15 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.timing import Benches, bench
-from tactile_core.evaluation.timing.stream import ACQUIRE, LIGHTS, MARKERS, SLOPES, WHOLE, Stream
+from tactile_core.evaluation.timing.stream import (
+    ACQUIRE,
+    CHECK,
+    LIGHTS,
+    MARKERS,
+    SLOPES,
+    WHOLE,
+    Stream,
+)
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
@@ -70,7 +78,7 @@ def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUni
 def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
     steps = ["height", "contact", "markers", "tracking", "displacement"]
     steps += ["slip_contact", "shear", "imprint", "release", "loss", "slip"]
-    assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, *steps]
+    assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, CHECK, *steps]
 
 
 def test_a_tracked_contact_under_shear_is_timed() -> None:
@@ -96,7 +104,7 @@ def test_a_tracked_contact_under_shear_is_timed() -> None:
 def test_sequential_lights_are_verified() -> None:
     profile = load_profile("desktop_six_led")
     stream = Stream(virtual_unit(profile, size_px=(204, 171)))
-    assert list(stream.staged()) == [ACQUIRE, LIGHTS, SLOPES, "height", "contact"]
+    assert list(stream.staged()) == [ACQUIRE, LIGHTS, SLOPES, CHECK, "height", "contact"]
     assert list(stream.whole()) == [WHOLE]
 
 

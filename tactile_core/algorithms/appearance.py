@@ -37,7 +37,7 @@ BRIGHTEST = 0.98
 ZOOMS = 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95
 """Shares of the view that a cropped image may show."""
 
-RESPONSE = 0.3
+RESPONSE = 0.5
 """Response of a matched filter from which on an alternative is examined; 1 if it is true."""
 
 CLIP = 0.1
@@ -74,7 +74,7 @@ class Cells:
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        self.shape = min(ROWS, shape[0] // 2), min(COLUMNS, shape[1] // 2)
+        self.shape = min(ROWS, shape[0] // 4 * 2), min(COLUMNS, shape[1] // 4 * 2)
         down, across = (
             np.linspace(0, size - 1, 2 * cells).astype(np.intp)
             for size, cells in zip(shape, self.shape, strict=True)
@@ -96,26 +96,28 @@ class Cells:
         (N, K) float32, (N,) bool
         """
         rows, columns = self.shape
-        channels = pixels.shape[2]
         if pixels.flags.c_contiguous:
-            samples = pixels.reshape(-1, channels).take(self._places, axis=0)
+            samples = pixels.reshape(-1, pixels.shape[2]).take(self._places, axis=0).T
         else:
             planes = pixels.transpose(2, 0, 1)
-            samples = np.stack([plane.ravel()[self._places] for plane in planes], axis=1)
-        blocks = samples.reshape(rows, 2, columns, 2, channels)
-        if hidden is None:
-            means = blocks.sum(axis=(1, 3), dtype=np.float32) / np.float32(4 * full_scale)
-            shown = None
-        else:
-            shows = ~hidden.take(self._places).reshape(rows, 2, columns, 2, 1)
-            shown = np.count_nonzero(shows, axis=(1, 3))
-            means = (blocks * shows).sum(axis=(1, 3), dtype=np.float32)
-            means /= np.maximum(shown, 1) * np.float32(full_scale)
-        means = means.reshape(-1, channels)
-        readable = (means.min(axis=1) > DRIFT.dark_share) & (means.max(axis=1) < BRIGHTEST)
-        if shown is not None:
-            readable &= shown.ravel() > 0
-        return np.log(np.maximum(means, DRIFT.dark_share)), readable
+            samples = np.stack([plane.ravel().take(self._places) for plane in planes])
+        samples = samples.astype(np.float32, order="C").reshape(-1, 2 * rows, 2 * columns)
+        shown: Array | np.float32 = np.float32(4)
+        if hidden is not None:
+            shows = ~hidden.take(self._places).reshape(2 * rows, 2 * columns)
+            samples *= shows
+            shown = _sums(shows.astype(np.float32)[None]).ravel()
+        means = _sums(samples).reshape(len(samples), -1)
+        means /= np.maximum(shown, 1) * np.float32(full_scale)
+        readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < BRIGHTEST)
+        readable &= shown > 0
+        return np.log(np.maximum(means, DRIFT.dark_share)).T, readable
+
+
+def _sums(samples: Array) -> Array:
+    """Sum (K, 2 R, 2 C) samples over the four of each cell."""
+    across = samples[..., 0::2] + samples[..., 1::2]
+    return np.asarray(across[:, 0::2] + across[:, 1::2])
 
 
 def fitted(change: Array, basis: Array, scales: tuple[float, ...]) -> Array:
@@ -187,7 +189,9 @@ class Appearance:
         """Every mistake that has a look of its own."""
         found = [*self._turned(), *self._recoloured(), *self._cropped()]
         # one that looks like the reference itself would be found in every frame
-        return tuple(one for one in found if self._response(one, one.log - self.log) > 0)
+        return tuple(
+            one for one in found if self._blurred(self._expected(one, one.log - self.log)).any()
+        )
 
     def change(self, log: Array, readable: Bool) -> tuple[Array, Bool]:
         """Return the change of the logarithm against the reference, less each channel's gain.
@@ -216,8 +220,7 @@ class Appearance:
         margin : float
             Share of the cells by which it must explain more.
         """
-        clipped = np.clip(change, -CLIP, CLIP).ravel()
-        responses = self._filters @ clipped
+        responses = self._filters @ self._blurred(np.clip(change, -CLIP, CLIP))
         best: float = margin
         why: Mistake | None = None
         for index in np.flatnonzero(responses > RESPONSE):
@@ -240,12 +243,14 @@ class Appearance:
 
     @cached_property
     def _filters(self) -> Array:
-        """(alternatives, N K): filters that respond with 1 to a frame that shows one."""
-        filters = np.zeros((len(self.alternatives), self.log.size), np.float32)
-        for row, one in zip(filters, self.alternatives, strict=True):
-            expected = self._expected(one, one.log - self.log)
-            row[:] = (expected / np.square(expected).sum()).ravel()
-        return filters
+        """(alternatives, N K / 4): filters that respond with 1 to a frame that shows one."""
+        expected = [self._expected(one, one.log - self.log) for one in self.alternatives]
+        filters = np.stack([self._blurred(one) for one in expected])
+        return np.asarray(filters / np.square(filters).sum(axis=1, keepdims=True))
+
+    def _blurred(self, change: Array) -> Array:
+        """Return the sums over four cells, (N K / 4): a filter needs no more."""
+        return _sums(change.T.reshape(-1, *self.cells.shape)).ravel()
 
     def _expected(self, one: Alternative, change: Array) -> Array:
         both = self.seen & one.seen
@@ -253,9 +258,6 @@ class Appearance:
             return np.zeros_like(change)
         change = change - np.median(change[both], axis=0)
         return np.where(both[:, None], np.clip(change, -CLIP, CLIP), np.float32(0))
-
-    def _response(self, one: Alternative, change: Array) -> float:
-        return float(np.square(self._expected(one, change)).sum())
 
     def _image(self, values: Array) -> Array:
         return values.reshape(*self.cells.shape, -1)

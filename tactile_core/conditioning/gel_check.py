@@ -145,14 +145,14 @@ class GelCheck:
         return "unknown" if found.cubic < least else None
 
     def _unsuspicious(self, change: Array) -> bool:
-        """Whether a plain fit shows that a robust one would find nothing: true of most frames."""
-        left = np.clip(change @ self._beyond, -SURFACE_TOLERANCE, SURFACE_TOLERANCE)
+        """Whether one weighted fit shows that a robust one finds nothing: true of most frames."""
+        left = change @ self._beyond
+        square = np.square(left).max(axis=1) / SURFACE_TOLERANCE**2
+        weight = np.maximum(1 - square, 0) ** 2
         ramp, field, least = self._limits
-        smooth = self._projection @ left
-        return (
-            _rms(self._polynomials[3] @ smooth) < 0.7 * min(ramp, field)
-            and agreement(left, SURFACE_TOLERANCE) > least
-        )
+        agreed = float(weight.mean())
+        smooth = self._projection @ (left * weight[:, None]) / max(agreed, least)
+        return agreed > least and _rms(self._polynomials[3] @ smooth) < 0.4 * min(ramp, field)
 
     @cached_property
     def _limits(self) -> tuple[float, float, float]:

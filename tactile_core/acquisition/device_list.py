@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tactile_core.bundles.claims import Claims, DeviceKind, read_claims
@@ -104,10 +104,10 @@ def component_of(profile: Profile, kind: DeviceKind) -> Component | None:
     return profile.camera if kind == "camera" else profile.illumination.driver
 
 
-def _connected(kind: DeviceKind, use: str) -> Iterator[ConnectedDevice]:
+def _connected(kind: DeviceKind, use: str) -> tuple[ConnectedDevice, ...]:
     cls: type[Device] = resolve(kind, use)
     with blame(f"the list of devices of {use}", cls):
-        yield from cls.connected()
+        return tuple(cls.connected())
 
 
 def _names(kind: DeviceKind) -> list[str]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args, get_origin, get_type_hints
 
-from tactile_core.algorithms.annotations import Parts, parts
+from tactile_core.algorithms.arrays.annotations import Parts, parts
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from tactile_core.bundles.claims import Claims, DeviceKind, read_claims
@@ -104,10 +104,17 @@ def component_of(profile: Profile, kind: DeviceKind) -> Component | None:
     return profile.camera if kind == "camera" else profile.illumination.driver
 
 
-def _connected(kind: DeviceKind, use: str) -> tuple[ConnectedDevice, ...]:
+def _connected(kind: DeviceKind, use: str) -> Iterator[ConnectedDevice]:
     cls: type[Device] = resolve(kind, use)
-    with blame(f"the list of devices of {use}", cls):
-        return tuple(cls.connected())
+    part = f"the list of devices of {use}"
+    with blame(part, cls):
+        devices = iter(cls.connected())
+    while True:
+        with blame(part, cls):  # not around the yield: a caller's exception is no fault of it
+            one = next(devices, None)
+        if one is None:
+            return
+        yield one
 
 
 def _names(kind: DeviceKind) -> list[str]:

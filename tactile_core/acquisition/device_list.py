@@ -106,8 +106,15 @@ def component_of(profile: Profile, kind: DeviceKind) -> Component | None:
 
 def _connected(kind: DeviceKind, use: str) -> Iterator[ConnectedDevice]:
     cls: type[Device] = resolve(kind, use)
-    with blame(f"the list of devices of {use}", cls):
-        yield from cls.connected()
+    part = f"the list of devices of {use}"
+    with blame(part, cls):
+        devices = iter(cls.connected())
+    while True:
+        with blame(part, cls):  # not around the yield: a caller's exception is no fault of it
+            one = next(devices, None)
+        if one is None:
+            return
+        yield one
 
 
 def _names(kind: DeviceKind) -> list[str]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+from time import monotonic
 
 from tactile_core.cli.signals import Signalled, signals_raised
 from tactile_core.pipeline.one_thread import ONE_THREAD
@@ -17,6 +19,10 @@ _ENVIRONMENT = {
     "OPENCV_LOG_LEVEL": "OFF",
     "OPENCV_FFMPEG_LOGLEVEL": "-8",
 }
+
+
+_LINGER_S = 2.0
+"""Time that threads have to end after a command."""
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -34,6 +40,39 @@ def main(arguments: list[str] | None = None) -> None:
     except Signalled as signalled:  # raised while the previous one was being reported
         code = signalled.exit_code
     sys.exit(code)
+
+
+def program() -> None:
+    """Run the command line as the only purpose of this process."""
+    try:
+        main()
+    except SystemExit as end:
+        _abandon_threads(int(end.code or 0))
+        raise
+
+
+def _abandon_threads(code: int) -> None:
+    """End the process although a plugin's thread goes on, for which Python would wait forever."""
+    # Python itself ends the threads of executors
+    started = [
+        one
+        for one in threading.enumerate()
+        if one is not threading.main_thread()
+        and not (one.daemon or one.name.startswith("ThreadPoolExecutor"))
+    ]
+    until_s = monotonic() + _LINGER_S
+    for thread in started:
+        thread.join(max(0.0, until_s - monotonic()))
+    left = [thread.name for thread in started if thread.is_alive()]
+    if left:
+        from tactile_core.cli.output import flush_stdout, print_message
+
+        print_message(
+            f"note: the thread {left[0]!r} of a plugin or library still runs and is abandoned; its "
+            f"author should end it in close()"
+        )
+        flush_stdout()
+        os._exit(code)
 
 
 def _run(words: list[str], debug: bool) -> int:

@@ -1,5 +1,5 @@
 """``python -m tactile_core.cli``."""
 
-from tactile_core.cli import main
+from tactile_core.cli import program
 
-main()
+program()

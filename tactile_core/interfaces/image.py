@@ -22,7 +22,7 @@ Quad = tuple[ImagePoint, ImagePoint, ImagePoint, ImagePoint]
 Point3 = tuple[float, float, float]
 ImageCrop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
-_FEWEST_PX = 4  # differences, halves and borders need neighbours
+_FEWEST_PX = 2  # a slope needs a neighbour
 _MOST_PX = 32_766
 """Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates."""
 _FINEST_MM = 1e-6

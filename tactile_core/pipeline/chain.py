@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args, get_origin, get_type_hints
 
-from tactile_core.algorithms.annotations import Parts, parts
+from tactile_core.algorithms.arrays.annotations import Parts, parts
 from tactile_core.errors import PluginError, ProfileError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
-from tactile_core.quantities.array_form import form_fault
+from tactile_core.quantities.array_form import form_fault, writable_field
 from tactile_core.quantities.fields import fields_of
 
 QuantityType = type[Quantity]
@@ -213,6 +213,7 @@ class Chain:
                     )
             with step.blamed():
                 found = step.estimate(by_type)
+            _refuse_writing(step, by_type)
             found = _checked(step, found, size)
             if tare:
                 with step.blamed():
@@ -353,6 +354,15 @@ def _quantity(annotated: Parts, what: str) -> tuple[QuantityType, bool]:
         actual = "has no annotation" if annotated is _UNANNOTATED else f"is annotated {shown}"
         raise PluginError(f"{what} of estimate() {actual}; annotate it with one Quantity type")
     return kinds[0], kinds != annotated.members
+
+
+def _refuse_writing(step: Step, given: Mapping[QuantityType, Quantity]) -> None:
+    """Raise an error if a step has made an input writable, which all later steps read, too."""
+    for kind in step.takes:
+        field = writable_field(given[kind]) if kind in given else ""
+        if field:
+            what = f"made {field} writable, which other steps read; it must change a copy"
+            raise fault(f"step {step.name!r}", step.estimator, what)
 
 
 def _refuse_two_producers(steps: tuple[Step, ...]) -> None:

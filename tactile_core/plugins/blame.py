@@ -29,7 +29,7 @@ class _Blame:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if error is None or isinstance(error, GeneratorExit):
+        if error is None:
             return
         from tactile_core.plugins.registry import origin_of
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from tactile_core.algorithms.annotations import parts
+from tactile_core.algorithms.arrays.annotations import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
 from tactile_core.plugins.blame import blame

@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.algorithms.annotations import parts
+from tactile_core.algorithms.arrays.annotations import parts
 from tactile_core.errors import Problem
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from math import isfinite
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:
     for field in numbers:
         value = values.get(field.name)
         # nearly all numbers are floats, and this takes a third of the time of the whole question
-        if not (type(value) is float and isfinite(value)):
+        if not (type(value) is float and field.form is float and isfinite(value)):
             wrong = _number_fault(getattr(quantity, field.name), field)
             if wrong:
                 return f"{kind.__name__}.{field.name} {wrong}"
@@ -73,7 +73,8 @@ def _checked_fields(kind: type[Quantity]) -> tuple[tuple[Field, ...], tuple[Fiel
 @cache
 def _kept_fields(kind: type[Quantity]) -> tuple[tuple[Field, ...], tuple[Field, ...]]:
     fields = fields_of(kind)
-    return tuple(f for f in fields if f.form is float), tuple(f for f in fields if f.is_array)
+    numbers = tuple(f for f in fields if f.form in (float, int))
+    return numbers, tuple(f for f in fields if f.is_array)
 
 
 def _array_fault(field: Field, value: Any, lengths: dict[str, int], *, coarse: bool) -> str:
@@ -107,9 +108,22 @@ def _tiles(shape: tuple[int, ...], axes: tuple[str, ...], lengths: dict[str, int
 def _number_fault(value: Any, field: Field) -> str:
     if value is None and field.optional:
         return ""
-    if isinstance(value, Real) and isfinite(value):
+    if isinstance(value, Integral):
+        bits = int(value).bit_length()
+        return "" if bits < 64 else f"is a number of {bits} bits where 64 are the most"
+    if field.form is float and isinstance(value, Real) and isfinite(value):
         return ""
-    return f"is {value!r} where it must be a number"
+    return f"is {value!r} where it must be a {'whole ' if field.form is int else ''}number"
+
+
+def writable_field(quantity: Quantity) -> str:
+    """Return the name of an array that somebody has made writable again; empty if there is none."""
+    values = quantity.__dict__
+    for name in quantity.__dataclass_fields__:
+        value = values.get(name)
+        if isinstance(value, np.ndarray) and value.flags.writeable:
+            return f"{type(quantity).__name__}.{name}"
+    return ""
 
 
 def image_fault(image: object) -> str:

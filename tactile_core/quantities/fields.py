@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from tactile_core.algorithms.annotations import parts
+from tactile_core.algorithms.arrays.annotations import parts
 from tactile_core.errors import PluginError
 
 _SCALARS = (bool, int, float, str)

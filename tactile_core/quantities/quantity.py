@@ -79,6 +79,11 @@ class Quantity:
         grids = {name: OnDemand(None, given.grid) for name, given in waiting(self).items()}
         return {**state, ON_DEMAND: grids} if grids else state
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # pickling forgets that arrays are read-only
+        for name, value in state.items():
+            self.__dict__[name] = _read_only(value) if isinstance(value, np.ndarray) else value
+
     def full(self, name: str) -> NDArray[Any]:
         """Return a field at the size of the image, interpolated if it lives on a coarser grid.
 

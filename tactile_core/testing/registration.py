@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from tactile_core import __version__
-from tactile_core.algorithms.annotations import parts
+from tactile_core.algorithms.arrays.annotations import parts
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.hookspecs import GROUP

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.own_plugins import Install
 from support.unruly_sensor import FAKES, profile
 from support.virtual_lab import BALL_MM, VirtualLab
 
@@ -232,3 +235,44 @@ def test_stdout_is_restored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     before = sys.stdout
     ended(capsys, "run", profile(tmp_path), "--frames", 1)
     assert sys.stdout is before
+
+
+THREAD = """\
+import threading
+import time
+
+from tactile_core.interfaces.estimator import Estimator
+from tactile_core.quantities import Frame, NetworkOutput
+
+
+class Endless(Estimator):
+    def open(self) -> None:
+        threading.Thread(target=time.sleep, args=(600,), name="endless").start()
+
+    def estimate(self, frame: Frame) -> NetworkOutput:
+        return NetworkOutput(frame.pixels[0, :2, 0].astype("float32"), ("a", "b"), "")
+"""
+
+
+def test_a_thread_of_a_plugin_does_not_keep_a_finished_command(
+    tmp_path: Path, install: Install
+) -> None:
+    package = install(
+        "endless", {"step.py": THREAD}, tactile_estimators={"step": "own_endless.step:Endless"}
+    )
+    write_png(tmp_path / "a.png", np.full((6, 8, 3), 90, np.uint8))
+    (tmp_path / "p.yaml").write_text(
+        "schema: 1\nname: p\nimage: {width_px: 8, height_px: 6, mm_per_px: 0.1}\n"
+        "estimators: {values: {use: endless.step}}\n"
+    )
+    words = ["run", str(tmp_path / "p.yaml"), "--input", str(tmp_path / "a.png")]
+    done = subprocess.run(
+        [sys.executable, "-m", "tactile_core.cli", *words, "--reference", "first"],
+        env={**os.environ, "PYTHONPATH": str(package.parent)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stdout.partition(":")[0]) == (0, "a")
+    assert "the thread 'endless' of a plugin or library still runs" in done.stderr

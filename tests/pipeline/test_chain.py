@@ -26,6 +26,7 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
 )
+from tactile_core.quantities.array_form import form_fault
 
 if TYPE_CHECKING:
     from decimal import Decimal as OnlyForTheTypeChecker
@@ -486,3 +487,47 @@ def test_a_copy_of_an_open_chain_opens_its_own_steps() -> None:
     copy.run(everything())
     (step,) = copy.steps
     assert step.estimator.calls == ["open", "estimate", "open", "estimate"]
+
+
+class Overwriting(Estimator):
+    """Makes its input writable and changes it."""
+
+    def estimate(self, gradients: Gradients) -> Brightness:
+        gradients.x.flags.writeable = True
+        return Brightness(0.0)
+
+
+def test_a_step_that_makes_its_input_writable_is_named() -> None:
+    message = r"step 'bright' .* made Gradients\.x writable.*it must change a copy"
+    with pytest.raises(PluginError, match=message):
+        chain(bright=Overwriting).run(everything())
+
+
+class Ending(Estimator):
+    """Raises what a generator raises that is closed."""
+
+    def estimate(self, frame: Frame) -> Brightness:
+        raise GeneratorExit
+
+
+def test_every_exception_of_a_step_is_its_fault() -> None:
+    with pytest.raises(PluginError, match=r"step 'ends' .* failed: GeneratorExit"):
+        chain(ends=Ending).run(everything())
+
+
+@dataclass(frozen=True, eq=False)
+class Count(Quantity):
+    events: int
+    mean: float = 0.0
+
+
+@pytest.mark.parametrize("value", [10**400, 2**63, -(2**70), 1.5])
+def test_a_number_that_no_file_holds_is_a_fault_of_the_step(value: int) -> None:
+    class Counting(Estimator):
+        def estimate(self, frame: Frame) -> Count:
+            return Count(value)
+
+    with pytest.raises(PluginError, match=r"Count\.events is .*"):
+        chain(counts=Counting).run(everything())
+    assert form_fault(Count(3, 10**400))
+    assert form_fault(Count(2**63 - 1)) == ""

@@ -143,3 +143,9 @@ def test_a_quantity_is_shown_without_its_arrays_and_without_computing_them() -> 
     assert repr(made).startswith("HeightMap(mm=<computed when read>, valid=<computed when read>")
     assert not calls
     assert "valid=<7×9 bool>" in repr(replace(made, valid=made.valid))
+
+
+def test_the_arrays_of_a_pickled_quantity_are_read_only() -> None:
+    made = pickle.loads(pickle.dumps(height()))
+    assert not made.mm.flags.writeable
+    assert not made.valid.flags.writeable

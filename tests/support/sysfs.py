@@ -21,17 +21,19 @@ class Sysfs:
         serial: str = "",
         *,
         nodes: int = 2,
+        streams: int = 1,
     ) -> list[str]:
-        """Connect a camera with several nodes; return the paths of their device files."""
+        """Connect a camera with several nodes a stream; return the paths of their device files."""
         usb = self.root / "devices" / "pci0000:00" / "0000:00:14.0" / "usb1" / port
-        interface = usb / f"{port}:1.0"
-        interface.mkdir(parents=True)
+        interfaces = [usb / f"{port}:1.{2 * stream}" for stream in range(streams)]
+        for interface in interfaces:
+            interface.mkdir(parents=True)
         vendor_id, product_id = usb_id.split(":")
         texts = {"idVendor": vendor_id, "idProduct": product_id, "product": product}
         for name, text in (texts | {"serial": serial}).items():
             if text:
                 (usb / name).write_text(f"{text}\n")
-        return [self._add(interface, product, index) for index in range(nodes)]
+        return [self._add(one, product, index) for one in interfaces for index in range(nodes)]
 
     def add_other(self) -> None:
         """Connect a video device that is not on the USB."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tactile_core.builtin.device_access import CLAIM, INSTEAD
@@ -29,6 +29,8 @@ class VideoNode:
         Empty if the camera has none.
     port : str
         Bus and ports, such as ``1-2.4``.
+    interface : str
+        Its part of the device, such as ``1-2.4:1.0``; a device may have several streams.
     """
 
     path: str
@@ -37,6 +39,7 @@ class VideoNode:
     product: str
     serial: str
     port: str
+    interface: str = ""
 
     def __str__(self) -> str:
         serial = f"serial {self.serial}" if self.serial else "no serial"
@@ -70,6 +73,7 @@ def _found(sysfs: Path) -> Iterator[VideoNode]:
             _text(usb / "product"),
             _text(usb / "serial"),
             usb.name,
+            (entry / "device").resolve().name,
         )
 
 
@@ -96,6 +100,8 @@ def selected(
         The connected cameras.
     product : str, optional
         Part of the product's name, in any case; the others must be equal.
+    port : str, optional
+        Of the camera, or the interface of one of its streams.
 
     Raises
     ------
@@ -116,7 +122,7 @@ def selected(
         if usb_id in (None, node.usb_id)
         and (product or "").casefold() in node.product.casefold()
         and serial in (None, node.serial)
-        and port in (None, node.port)
+        and port in (None, node.port, node.interface)
     ]
     if not matching:
         raise DeviceAbsent(
@@ -125,6 +131,8 @@ def selected(
         )
     if len(matching) > 1:
         key = "serial" if len({node.serial for node in matching}) == len(matching) else "port"
+        if key == "port" and len({node.port for node in matching}) < len(matching):
+            matching = [replace(node, port=node.interface) for node in matching]
         raise DeviceAbsent(
             f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_listed(matching)}; "
             f"write '{key}' in 'camera' of the profile to choose one, or {CLAIM}"

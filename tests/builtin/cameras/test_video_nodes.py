@@ -86,3 +86,11 @@ def test_two_of_a_kind_without_serials_are_distinguished_by_port(sysfs: Sysfs) -
 def test_without_any_camera_the_error_says_what_was_wanted() -> None:
     with pytest.raises(DeviceError, match=r"no USB camera is connected \(wanted: serial 7\)"):
         selected([], serial="7")
+
+
+def test_of_two_streams_of_one_device_the_message_names_what_chooses_one(sysfs: Sysfs) -> None:
+    first, second = sysfs.plug("1-2", serial="B", nodes=1, streams=2)
+    with pytest.raises(DeviceError, match=r"port 1-2:1\.0.*port 1-2:1\.2.*write 'port' in"):
+        selected(video_nodes(sysfs.root), port="1-2")
+    found = [selected(video_nodes(sysfs.root), port=f"1-2:1.{n}").path for n in (0, 2)]
+    assert found == [first, second]

@@ -220,6 +220,8 @@ class Appearance:
         margin : float
             Share of the cells by which it must explain more.
         """
+        if not self.alternatives:  # an even reference looks alike whatever was done to it
+            return None
         responses = self._filters @ self._blurred(np.clip(change, -CLIP, CLIP))
         best: float = margin
         why: Mistake | None = None

@@ -190,6 +190,12 @@ def test_a_change_that_a_tilt_can_cause_is_none_of_the_light() -> None:
     assert check(rig)(changed(across)).cause in ("another_unit", "one_sided_light")
 
 
+def test_an_even_reference_looks_alike_whatever_was_done_to_it() -> None:
+    even = Reference(np.full((120, 160, 3), 120, np.float32), ("red", "green", "blue"))
+    shown = Frame(np.full((120, 160, 3), 120, np.uint8), even.channels, 0.1)
+    assert GelCheck(even)(shown).this_gel
+
+
 def test_without_a_calibration_only_plain_mistakes_are_named() -> None:
     rig = RIGS[0]
     unknown = GelCheck(reference(rig))

@@ -111,7 +111,7 @@ def recorded(data: Path, presses: int) -> Iterator[Unit]:
             links = Path(place) / "presses"
             links.mkdir()
             for path in paths:
-                (links / path.name).symlink_to(path)
+                (links / path.name).symlink_to(path.resolve())
             made = calibrate(
                 profile, links, folder / one.reference, ball_diameter_mm=one.ball_mm, scored=False
             )

@@ -74,7 +74,8 @@ class Cells:
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        self.shape = min(ROWS, shape[0] // 4 * 2), min(COLUMNS, shape[1] // 4 * 2)
+        rows, columns = (max(2, size // 4 * 2) for size in shape)
+        self.shape = min(ROWS, rows), min(COLUMNS, columns)
         down, across = (
             np.linspace(0, size - 1, 2 * cells).astype(np.intp)
             for size, cells in zip(shape, self.shape, strict=True)

@@ -196,6 +196,13 @@ def test_an_even_reference_looks_alike_whatever_was_done_to_it() -> None:
     assert GelCheck(even)(shown).this_gel
 
 
+def test_an_image_of_a_few_pixels_cannot_be_compared() -> None:
+    for height, width in ((1, 1), (2, 9), (5, 3)):
+        tiny = Reference(np.full((height, width, 3), 90, np.float32), ("red", "green", "blue"))
+        shown = Frame(np.full((height, width, 3), 90, np.uint8), tiny.channels, 0.1)
+        assert GelCheck(tiny)(shown).this_gel
+
+
 def test_without_a_calibration_only_plain_mistakes_are_named() -> None:
     rig = RIGS[0]
     unknown = GelCheck(reference(rig))

@@ -21,7 +21,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from experiments.press_sets import SETS
+from experiments.press_sets import HERE, SETS, Presses
 from tactile_core import ContactMask, HeightMap, Pipeline, ShownGel, load_profile
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.bundles.bundle import Bundle
@@ -35,7 +35,34 @@ from tactile_core.sim import VirtualStage
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.unit import vary
 
-RIGS = "hex_fingertip", "baxter_fingertip", "desktop_three_colour", "desktop_six_led_portable"
+RIGS = (
+    "hex_fingertip",
+    "hex_fingertip_unmarked",
+    "baxter_fingertip",
+    "desktop_three_colour",
+    "desktop_six_led_portable",
+)
+RECORDED = (
+    *SETS[:3],
+    Presses(
+        "wedge_2",
+        SETS[1].profile,
+        "three_colour/wedge_2",
+        "presses/*",
+        "background.jpg",
+        4.84,
+        "another calibration of the same sensor",
+    ),
+    Presses(
+        "digit",
+        HERE / "digit.yaml",
+        "digit/ball_presses",
+        "0*.png",
+        "background.png",
+        4.7,
+        "three simultaneous colours, no markers",
+    ),
+)
 LEAST_HEIGHT_MM, LEAST_AREA = 0.05, 0.05
 ESTIMATORS = {"height": {"use": "core.poisson"}, "contact": {"use": "core.contact"}}
 
@@ -103,7 +130,7 @@ def _ramp(pixels: Array, share: float, axis: int) -> Array:
 
 def recorded(data: Path, presses: int) -> Iterator[Unit]:
     """Calibrate each recorded sensor on its presses and yield it with some of them."""
-    for one in SETS:
+    for one in RECORDED:
         folder = data / one.folder
         paths = sorted(folder.glob(one.pattern))
         profile = load_profile(one.profile)
@@ -254,12 +281,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, help="folder of recordings")
     parser.add_argument("--frames", type=int, default=10, help="frames of each virtual unit")
-    parser.add_argument("--own", type=int, default=0, help="further own frames of each unit")
     parser.add_argument("--presses", type=int, default=5, help="presses of each recorded sensor")
     parser.add_argument("--seed", type=int, default=21, help="of the first virtual unit")
     arguments = parser.parse_args()
     table, false, own = Table(), list[str](), 0
-    units = [virtual(rig, arguments.seed + n, arguments.frames) for rig in RIGS for n in (0, 1)]
+    seeds = arguments.seed, arguments.seed + 1
+    units = [virtual(rig, seed, arguments.frames) for rig in RIGS for seed in seeds]
     if arguments.data:
         units += recorded(arguments.data, arguments.presses)
     for unit in units:

@@ -115,6 +115,26 @@ class ImageGeometry:
         area = abs(float(np.linalg.det(np.stack([right - corner, down - corner]))))
         return float(self._section.mm_per_px * np.sqrt(area))
 
+    def view(self) -> NDArray[np.float64] | None:
+        """Return the homography, (3, 3), from the rectified image to the image before the warp.
+
+        The edges of both are at −1 and 1. The corners of the warp are taken to be centred in the
+        camera's image if there is no crop that gives its size. None without a warp.
+        """
+        if self._section.warp is None or self._homography is None:
+            return None
+        crop = self._section.crop
+        centre = np.mean(self._section.warp.source, axis=0)
+        size = (
+            2 * centre + 1
+            if crop is None
+            else np.array(crop[2:][:: -1 if self._section.rotate_deg % 180 else 1])
+        )
+        from_edges = _from_edges(np.array(self.size_px))
+        return np.asarray(
+            np.linalg.solve(self._homography @ _from_edges(size), from_edges), np.float64
+        )
+
     def stretch(self, camera_size_px: Size) -> float:
         """Return the ratio of the resize factors along x and y.
 
@@ -263,6 +283,12 @@ class ImageGeometry:
 
 def _homogeneous(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([points, np.ones(len(points))])
+
+
+def _from_edges(size: NDArray[Any]) -> NDArray[np.float64]:
+    """Map coordinates that are −1 and 1 at an image's edges to its pixels."""
+    x, y = size / 2
+    return np.array([[x, 0, x - 0.5], [0, y, y - 0.5], [0, 0, 1]])
 
 
 def _size(pixels: NDArray[Any]) -> Size:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import permutations
+from itertools import permutations, product
 from typing import Literal, NamedTuple
 
 import cv2
@@ -40,11 +40,14 @@ ZOOMS = 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95
 RESPONSE = 0.5
 """Response of a matched filter from which on an alternative is examined; 1 if it is true."""
 
+LEAST_OF_ZOOM = 0.25
+"""Share of what differs that a zoom explains, if there was one."""
+
 CLIP = 0.1
 """Largest logarithm of intensity of one cell that counts in a matched filter."""
 
 
-Mistake = Literal["channels_swapped", "turned", "mirrored", "cropped", "grey"]
+Mistake = Literal["channels_swapped", "turned", "mirrored", "cropped", "grey", "another_unit"]
 
 
 class Alternative(NamedTuple):
@@ -53,7 +56,7 @@ class Alternative(NamedTuple):
     Attributes
     ----------
     cause : Mistake
-    log : (N, K) float32
+    log : (K, N) float32
         Logarithm of intensity.
     seen : (N,) bool
         Cells that show the gel.
@@ -76,11 +79,6 @@ class Cells:
     def __init__(self, shape: tuple[int, int]) -> None:
         rows, columns = (max(2, size // 4 * 2) for size in shape)
         self.shape = min(ROWS, rows), min(COLUMNS, columns)
-        down, across = (
-            np.linspace(0, size - 1, 2 * cells).astype(np.intp)
-            for size, cells in zip(shape, self.shape, strict=True)
-        )
-        self._places = (down[:, None] * shape[1] + across).ravel()
 
     def log(self, pixels: Array, full_scale: float, hidden: Bool | None) -> tuple[Array, Bool]:
         """Return the logarithm of each cell's mean, and which cells are readable.
@@ -94,25 +92,30 @@ class Cells:
 
         Returns
         -------
-        (N, K) float32, (N,) bool
+        (K, N) float32, (N,) bool
         """
-        rows, columns = self.shape
         if pixels.flags.c_contiguous:
-            samples = pixels.reshape(-1, pixels.shape[2]).take(self._places, axis=0).T
+            samples = self._samples(pixels).transpose(2, 0, 1)
         else:
-            planes = pixels.transpose(2, 0, 1)
-            samples = np.stack([plane.ravel().take(self._places) for plane in planes])
-        samples = samples.astype(np.float32, order="C").reshape(-1, 2 * rows, 2 * columns)
+            samples = np.stack([self._samples(plane) for plane in pixels.transpose(2, 0, 1)])
+        samples = samples.astype(np.float32, order="C")
         shown: Array | np.float32 = np.float32(4)
         if hidden is not None:
-            shows = ~hidden.take(self._places).reshape(2 * rows, 2 * columns)
+            shows = self._samples(hidden.view(np.uint8)) == 0
             samples *= shows
             shown = _sums(shows.astype(np.float32)[None]).ravel()
         means = _sums(samples).reshape(len(samples), -1)
         means /= np.maximum(shown, 1) * np.float32(full_scale)
         readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < BRIGHTEST)
         readable &= shown > 0
-        return np.log(np.maximum(means, DRIFT.dark_share)).T, readable
+        return np.log(np.maximum(means, DRIFT.dark_share)), readable
+
+    def _samples(self, image: Array) -> Array:
+        """Return every n-th pixel, (2 R, 2 C) or (2 R, 2 C, K), alike from both ends."""
+        size = 2 * self.shape[1], 2 * self.shape[0]
+        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_NEAREST_EXACT)).reshape(
+            *size[::-1], *image.shape[2:]
+        )
 
 
 def _sums(samples: Array) -> Array:
@@ -129,43 +132,43 @@ def fitted(change: Array, basis: Array, scales: tuple[float, ...]) -> Array:
 
     Parameters
     ----------
-    change : (N, K)
-    basis : (N, M)
-        Column 0 is 1.
+    change : (K, N)
+    basis : (M, N)
+        Row 0 is 1.
     scales : sequence of float
         Decreasing.
 
     Returns
     -------
-    (M, K)
+    (K, M)
 
     References
     ----------
     .. [1] A. Blake and A. Zisserman, "Visual Reconstruction", MIT Press, 1987 (graduated
        non-convexity).
     """
-    coefficients = np.zeros((basis.shape[1], change.shape[1]), np.float32)
-    coefficients[0] = shorths(change.T)
-    ridge = 1e-4 * np.eye(basis.shape[1], dtype=np.float32)
+    coefficients = np.zeros((len(change), len(basis)), np.float32)
+    coefficients[:, 0] = shorths(change)
+    ridge = 1e-4 * np.eye(len(basis), dtype=np.float32)
     for scale in scales:
-        square = np.square(change - basis @ coefficients).mean(axis=1)
+        square = np.square(change - coefficients @ basis).mean(axis=0)
         weight = np.maximum(1 - square / (4 * scale * scale), 0) ** 2 + 1e-4
-        weighted = (basis * weight[:, None]).T
-        coefficients = np.linalg.solve(weighted @ basis + ridge, weighted @ change)
+        weighted = basis * weight
+        coefficients = np.linalg.solve(weighted @ basis.T + ridge, weighted @ change.T).T
     return coefficients
 
 
 def agreement(residual: Array, tolerance: float) -> float:
-    """Return the share of cells that agree, 0 to 1, from (N, K) residuals."""
-    largest = np.abs(residual).max(axis=1) / tolerance
+    """Return the share of cells that agree, 0 to 1, from (K, N) residuals."""
+    largest = np.abs(residual).max(axis=0) / tolerance
     return float((np.maximum(1 - largest * largest, 0) ** 2).mean())
 
 
 def polynomial(shape: tuple[int, int], order: int) -> Array:
-    """Return all products of powers of x and y up to an order, (N, M) float32; both in −1…1."""
+    """Return all products of powers of x and y up to an order, (M, N) float32; both in −1…1."""
     y, x = np.meshgrid(*(np.linspace(-1, 1, n, dtype=np.float32) for n in shape), indexing="ij")
     powers = [(i, j) for i in range(order + 1) for j in range(order + 1 - i)]
-    return np.stack([x**i * y**j for i, j in sorted(powers, key=sum)], axis=-1).reshape(y.size, -1)
+    return np.stack([(x**i * y**j).ravel() for i, j in sorted(powers, key=sum)])
 
 
 class Appearance:
@@ -178,36 +181,45 @@ class Appearance:
     full_scale : float
     hidden : (H, W) bool, optional
         Its markers.
+    view : (3, 3) float, optional
+        Homography from this image to the camera's, in which mistakes are made; the edges of both
+        are at −1 and 1. Default: they are the same image.
     """
 
-    def __init__(self, reference: Array, full_scale: float, hidden: Bool | None = None) -> None:
+    def __init__(
+        self,
+        reference: Array,
+        full_scale: float,
+        hidden: Bool | None = None,
+        view: Array | None = None,
+    ) -> None:
         self.cells = Cells(reference.shape[:2])
         self.log, self.seen = self.cells.log(reference, full_scale, hidden)
         self.plane = polynomial(self.cells.shape, 1)
+        self._view = np.eye(3) if view is None else view
 
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:
         """Every mistake that has a look of its own."""
-        found = [*self._turned(), *self._recoloured(), *self._cropped()]
+        found = [*self._moved(), *self._recoloured()]
         # one that looks like the reference itself would be found in every frame
-        return tuple(
-            one for one in found if self._blurred(self._expected(one, one.log - self.log)).any()
-        )
+        return tuple(one for one in found if self._expected(one).any())
 
     def change(self, log: Array, readable: Bool) -> tuple[Array, Bool]:
         """Return the change of the logarithm against the reference, less each channel's gain.
 
         Returns
         -------
-        (N, K), (N,) bool
+        (K, N), (N,) bool
             The change, 0 where a cell is not readable in both; and where it is.
         """
         both = readable & self.seen
         change = log - self.log
         if np.count_nonzero(both) >= FEWEST_CELLS:
-            seen = change[both]
-            change -= np.partition(seen, len(seen) // 2, axis=0)[len(seen) // 2]
-        return np.where(both[:, None], change, np.float32(0)), both
+            seen = change.compress(both, axis=1)
+            middle = seen.shape[1] // 2
+            change -= np.partition(seen, middle, axis=1)[:, middle, None]
+        return change * both, both
 
     def cause(self, log: Array, readable: Bool, change: Array, margin: float) -> Mistake | None:
         """Return the mistake that explains a frame better than none does.
@@ -216,7 +228,7 @@ class Appearance:
         ----------
         log, readable
             The frame's; see :meth:`Cells.log`.
-        change : (N, K)
+        change : (K, N)
             See :meth:`change`.
         margin : float
             Share of the cells by which it must explain more.
@@ -233,87 +245,79 @@ class Appearance:
                 continue
             base = self._explained(log - self.log, both)
             more = self._explained(log - one.log, both) - base
-            if one.cause == "cropped":
-                # a change of the light can look like a small zoom, but never explains most of it
-                more = more - 0.03 if more < 0.25 * (1 - base) else more + 0.035
+            name = one.cause
+            if name == "cropped":
+                # another light can look a little like a zoom, which then explains little of it
+                little = more < LEAST_OF_ZOOM * (1 - base) or responses[index] > 3 * RESPONSE
+                name, more = ("another_unit", more - 0.03) if little else (name, more + 0.035)
             if more > best:
-                best, why = more, one.cause
+                best, why = more, name
         return why
 
     def _explained(self, change: Array, both: Bool) -> float:
-        plane, change = self.plane[both], change[both]
-        return agreement(change - plane @ fitted(change, plane, SCALES), TOLERANCE)
+        plane, change = self.plane[:, both], change[:, both]
+        return agreement(change - fitted(change, plane, SCALES) @ plane, TOLERANCE)
 
     @cached_property
     def _filters(self) -> Array:
-        """(alternatives, N K / 4): filters that respond with 1 to a frame that shows one."""
-        expected = [self._expected(one, one.log - self.log) for one in self.alternatives]
-        filters = np.stack([self._blurred(one) for one in expected])
+        """(alternatives, K N / 4): filters that respond with 1 to a frame that shows one."""
+        filters = np.stack([self._expected(one) for one in self.alternatives])
         return np.asarray(filters / np.square(filters).sum(axis=1, keepdims=True))
 
     def _blurred(self, change: Array) -> Array:
-        """Return the sums over four cells, (N K / 4): a filter needs no more."""
-        return _sums(change.T.reshape(-1, *self.cells.shape)).ravel()
+        """Return the sums over four cells, (K N / 4): a filter needs no more."""
+        return _sums(self._image(change)).ravel()
 
-    def _expected(self, one: Alternative, change: Array) -> Array:
+    def _expected(self, one: Alternative) -> Array:
         both = self.seen & one.seen
         if not both.any():
-            return np.zeros_like(change)
-        change = change - np.median(change[both], axis=0)
-        return np.where(both[:, None], np.clip(change, -CLIP, CLIP), np.float32(0))
+            return np.zeros(self.log.size // 4, np.float32)
+        change = one.log - self.log
+        change = change - np.median(change[:, both], axis=1, keepdims=True)
+        return self._blurred(np.clip(change, -CLIP, CLIP) * both)
 
     def _image(self, values: Array) -> Array:
-        return values.reshape(*self.cells.shape, -1)
-
-    def _turned(self) -> Iterator[Alternative]:
-        log, seen = self._image(self.log), self._image(self.seen)[..., 0]
-
-        def flipped(cause: Mistake, *axes: int) -> Alternative:
-            shown = np.flip(log, axes).reshape(self.log.shape)
-            return Alternative(cause, shown, np.flip(seen, axes).ravel())
-
-        yield flipped("turned", 0, 1)
-        yield flipped("mirrored", 1)
-        yield flipped("mirrored", 0)
+        return values.reshape(-1, *self.cells.shape)
 
     def _recoloured(self) -> Iterator[Alternative]:
-        channels = self.log.shape[1]
+        channels = len(self.log)
         if channels != 3:
             return
         for order in [*permutations(range(channels))][1:]:
-            yield Alternative("channels_swapped", self.log[:, order], self.seen)
-        grey = np.log(np.exp(self.log).mean(axis=1, keepdims=True))
-        yield Alternative("grey", np.repeat(grey, channels, axis=1), self.seen)
+            yield Alternative("channels_swapped", self.log[list(order)], self.seen)
+        grey = np.log(np.exp(self.log).mean(axis=0, keepdims=True))
+        yield Alternative("grey", np.repeat(grey, channels, axis=0), self.seen)
 
-    def _cropped(self) -> Iterator[Alternative]:
+    def _moved(self) -> Iterator[Alternative]:
+        """Yield what a camera that shows the gel elsewhere would show."""
         rows, columns = self.cells.shape
-        filled = _filled(self._image(self.log), self._image(self.seen)[..., 0])
-        seen = np.ones(self.seen.shape, np.bool_)
-        for zoom in ZOOMS:
-            for down in (0.0, 0.5, 1.0):
-                for across in (0.0, 0.5, 1.0):
-                    shift = (1 - zoom) * np.array([(columns - 1) * across, (rows - 1) * down])
-                    matrix = np.array([[zoom, 0, shift[0]], [0, zoom, shift[1]]], np.float32)
-                    shown = np.dstack(
-                        [
-                            cv2.warpAffine(
-                                np.ascontiguousarray(filled[..., k]),
-                                matrix,
-                                (columns, rows),
-                                flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                                borderMode=cv2.BORDER_REPLICATE,
-                            )
-                            for k in range(filled.shape[2])
-                        ]
-                    )
-                    yield Alternative("cropped", shown.reshape(self.log.shape), seen)
+        edges = np.array(
+            [[2 / columns, 0, 1 / columns - 1], [0, 2 / rows, 1 / rows - 1], [0, 0, 1]]
+        )
+        to_camera = self._view @ edges
+        seen = self._image(self.seen.astype(np.float32))[0]
+        planes = [_filled(plane, seen) for plane in self._image(self.log)]
+        for cause, motion in _motions():
+            matrix = np.linalg.solve(to_camera, motion @ to_camera)
+
+            def shown(plane: Array, matrix: Array = matrix) -> Array:
+                flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+                return np.asarray(cv2.warpPerspective(plane, matrix, (columns, rows), flags=flags))
+
+            log = np.stack([shown(plane) for plane in planes]).reshape(self.log.shape)
+            yield Alternative(cause, log, shown(seen).ravel() > 0.99)
 
 
-def _filled(image: Array, seen: Bool) -> Array:
-    """Return an image (R, C, K) whose unseen cells have the mean of their seen neighbours."""
-    if seen.all():
-        return image
-    weight = cv2.blur(seen.astype(np.float32), (5, 5))
-    around = cv2.blur(np.where(seen[..., None], image, np.float32(0)), (5, 5))
-    around = around.reshape(image.shape) / np.maximum(weight, 1e-3)[..., None]
-    return np.where(seen[..., None], image, around)
+def _motions() -> Iterator[tuple[Mistake, Array]]:
+    """Yield where in the right image a point of the wrong one is, as homographies."""
+    yield "turned", np.diag([-1.0, -1, 1])
+    yield "mirrored", np.diag([-1.0, 1, 1])
+    yield "mirrored", np.diag([1.0, -1, 1])
+    for zoom, x, y in product(ZOOMS, (-1, 0, 1), (-1, 0, 1)):
+        yield "cropped", np.array([[zoom, 0, (1 - zoom) * x], [0, zoom, (1 - zoom) * y], [0, 0, 1]])
+
+
+def _filled(plane: Array, seen: Array) -> Array:
+    """Return a plane (R, C) whose unseen cells have the mean of their seen neighbours."""
+    around = cv2.blur(plane * seen, (5, 5)) / np.maximum(cv2.blur(seen, (5, 5)), 1e-3)
+    return np.where(seen > 0, plane, around)

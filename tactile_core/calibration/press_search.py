@@ -20,7 +20,8 @@ from tactile_core.algorithms.circles import (
 from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.calibration.crew import ALONE, Crew, Task
-from tactile_core.calibration.presses import FoundPress
+from tactile_core.calibration.presses import NOT_THIS_GEL, FoundPress
+from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.interfaces.progress import Progress
 from tactile_core.quantities import Frame, Reference
 
@@ -34,6 +35,7 @@ def find_presses(
     dome_radius_px: float | None = None,
     thickness_mm: float = THICKNESS_MM,
     labels: Mapping[str, Circle] | None = None,
+    check: GelCheck | None = None,
     progress: Progress | None = None,
     crew: Crew = ALONE,
 ) -> list[FoundPress]:
@@ -53,6 +55,8 @@ def find_presses(
         Thickness of the gel.
     labels : mapping of str to Circle, optional
         Circles by the frame's source. With labels nothing is searched.
+    check : GelCheck, optional
+        Frames that it does not recognise are no presses.
     progress : Progress, optional
     crew : Crew
         Processes that share the work.
@@ -83,6 +87,9 @@ def find_presses(
         [Task(start_of, (frame, px, scale)) for frame, px in zip(frames, touching_px, strict=True)],
         lambda share: progress.fraction(0.3 * share) if progress else None,
     )
+    if check is not None:
+        reasons = [_refusal(check, frame) for frame in frames]
+        starts = [s.refused(why) if why else s for s, why in zip(starts, reasons, strict=True)]
     circles = find_circles(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )
@@ -92,6 +99,12 @@ def find_presses(
             files, frames, circles, balls_px, starts, strict=True
         )
     ]
+
+
+def _refusal(check: GelCheck, frame: Frame) -> str:
+    """Return why a frame does not show the gel of the reference; empty if it does."""
+    shown = check(frame)
+    return "" if shown.this_gel else f"{NOT_THIS_GEL}: {shown.advice}"
 
 
 def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:

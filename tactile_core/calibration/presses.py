@@ -78,6 +78,9 @@ class PressParameters(NamedTuple):
     rim_points: int = 32
 
 
+NOT_THIS_GEL = "it does not show the gel of the reference"
+"""Beginning of the reason to exclude a press that belongs to another reference."""
+
 PRESS = PressParameters()
 """The values in use."""
 
@@ -279,8 +282,8 @@ def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
     if not good:
         reasons = [press.circle.why for press in presses]
         most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
-        if most == DIFFERS:
-            raise CalibrationError(f"none of {len(presses)} presses can be used: {DIFFERS}")
+        if most == DIFFERS or most.startswith(NOT_THIS_GEL):
+            raise CalibrationError(f"none of {len(presses)} presses can be used: {most}")
         raise CalibrationError(
             f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
             f"scale in the profile and that the reference shows the undeformed gel"

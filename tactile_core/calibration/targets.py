@@ -10,6 +10,7 @@ from typing import Any, Generic
 import numpy as np
 
 from tactile_core.acquisition.acquisition import average
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.background import smooth_background
 from tactile_core.calibration.ball_sizes import (
     TARGET,
@@ -29,6 +30,7 @@ from tactile_core.calibration.presses import FoundPress, used
 from tactile_core.calibration.target_surface import S
 from tactile_core.calibration.undeformed import undeformed_press
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.progress import Progress
@@ -275,6 +277,7 @@ def _found(
         dome_radius_px=dome_radius_px(profile),
         thickness_mm=thickness_of(profile),
         labels=given,
+        check=GelCheck(reference, view=ImageGeometry(profile.image).view()),
         progress=progress,
         crew=crew,
     )
@@ -289,7 +292,6 @@ def _on_target(
     ball_diameter_mm: float | None,
     target: Path,
 ) -> tuple[PressedGrid, float]:
-    from tactile_core.acquisition.geometry import ImageGeometry
     from tactile_core.formats.target import read_target
 
     grid = read_target(target)

@@ -72,10 +72,13 @@ class GelCheck:
         With its markers masked.
     light : LightRange or None
         The unit's; None if it was never calibrated.
+    view : (3, 3) float or None
+        Homography to the camera's image, as an ``Appearance`` takes it.
     """
 
     reference: Reference
     light: LightRange | None = None
+    view: Array | None = None
 
     def __call__(self, frame: Frame) -> ShownGel:
         """Say what a conditioned frame shows."""
@@ -85,7 +88,8 @@ class GelCheck:
     @cached_property
     def _appearance(self) -> Appearance:
         reference = self.reference
-        return Appearance(reference.pixels, reference.full_scale, reference.marker_mask)
+        shown = reference.pixels, reference.full_scale, reference.marker_mask
+        return Appearance(*shown, self.view)
 
     def _cause(self, frame: Frame) -> Cause | None:
         look = self._appearance
@@ -112,28 +116,43 @@ class GelCheck:
             return None
         return self.light_change(change, both)
 
+    def drift_in_words(self, frame: Frame) -> str:
+        """Say how far the light of a conditioned frame has drifted; empty if unknown."""
+        said = []
+        if frame.light_ratio is not None:
+            low, high = (100 * float(limit(frame.light_ratio)) for limit in (np.min, np.max))
+            said.append(f"brightness {low:.0f} to {high:.0f} % of the calibration's")
+        found = self.change_of(frame)
+        if found is not None and self.light is not None:
+            ramp, field, _ = self._limits
+            share = max(
+                found.ramp / (ramp + found.second_order), found.field / (field + found.second_order)
+            )
+            said.append(f"unevenness {share:.0%} of what is taken for this gel")
+        return ", ".join(said)
+
     def light_change(self, change: Array, both: Bool) -> LightChange:
         """Fit smooth fields to what no tilt explains of a change."""
-        seen = change[both]
-        left = seen @ self._beyond
+        seen = change[:, both]
+        left = self._beyond @ seen
 
         def fit(order: int) -> tuple[Array, float]:
-            basis = self._polynomials[order][both]
+            basis = self._polynomials[order][:, both]
             coefficients = fitted(left, basis, SURFACE_SCALES)
-            return coefficients, agreement(left - basis @ coefficients, SURFACE_TOLERANCE)
+            return coefficients, agreement(left - coefficients @ basis, SURFACE_TOLERANCE)
 
         _, level = fit(0)
         plane, linear = fit(1)
         smooth, cubic = fit(3)
-        slope = plane[1:].T
+        slope = plane[:, 1:]
         return LightChange(
             slope,
             ramp_size(self.beyond_drift(slope)),
-            _rms(self._polynomials[3] @ smooth),
+            _rms(smooth @ self._polynomials[3]),
             level,
             linear,
             cubic,
-            float(SECOND_ORDER * np.median(np.square(seen).mean(axis=1))),
+            float(SECOND_ORDER * np.median(np.square(seen).mean(axis=0))),
         )
 
     def _of_light(self, found: LightChange) -> Cause | None:
@@ -146,13 +165,13 @@ class GelCheck:
 
     def _unsuspicious(self, change: Array) -> bool:
         """Whether one weighted fit shows that a robust one finds nothing: true of most frames."""
-        left = change @ self._beyond
-        square = np.square(left).max(axis=1) / SURFACE_TOLERANCE**2
+        left = self._beyond @ change
+        square = np.square(left).max(axis=0) / SURFACE_TOLERANCE**2
         weight = np.maximum(1 - square, 0) ** 2
         ramp, field, least = self._limits
         agreed = float(weight.mean())
-        smooth = self._projection @ (left * weight[:, None]) / max(agreed, least)
-        return agreed > least and _rms(self._polynomials[3] @ smooth) < 0.4 * min(ramp, field)
+        smooth = (left * weight) @ self._projection / max(agreed, least)
+        return agreed > least and _rms(smooth @ self._polynomials[3]) < 0.4 * min(ramp, field)
 
     @cached_property
     def _limits(self) -> tuple[float, float, float]:
@@ -164,19 +183,19 @@ class GelCheck:
 
     @cached_property
     def _projection(self) -> Array:
-        """(M, N): least squares of a field of third order."""
+        """(N, M): least squares of a field of third order."""
         return np.asarray(np.linalg.pinv(self._polynomials[3]), np.float32)
 
     @cached_property
     def _beyond(self) -> Array | None:
-        """(K, J): combinations of channels that no tilt changes."""
+        """(J, K): combinations of channels that no tilt changes."""
         channels = len(self.reference.channels)
         if channels < 3:
             return None
         if self.light is None:
-            return np.full((channels, 1), channels**-0.5, np.float32)
+            return np.full((1, channels), channels**-0.5, np.float32)
         left, _, _ = np.linalg.svd(np.array(self.light.response), full_matrices=True)
-        return left[:, 2:].astype(np.float32)
+        return np.ascontiguousarray(left[:, 2:].T, np.float32)
 
     @cached_property
     def _polynomials(self) -> dict[int, Array]:
@@ -194,7 +213,8 @@ class GelCheck:
 
 def _rms(field: Array) -> float:
     """Root mean square over the image of the length of a field's vectors about their mean."""
-    return float(np.sqrt(np.square(field - field.mean(axis=0)).sum(axis=1).mean()))
+    centred = field - field.mean(axis=1, keepdims=True)
+    return float(np.sqrt(np.square(centred).sum(axis=0).mean()))
 
 
 def ramp_size(slope: Array) -> float:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
@@ -94,7 +95,6 @@ class PipelineParts:
             compiled=compiled,
         )
         chain, markless = _chain(profile, conditioning, compiled)
-        notes += _of_another_gel(bundle, conditioning)
         completed = _with_detections(conditioning.reference, chain, profile)
         parts = cls(profile, bundle, compiled, calibration, conditioning, completed, chain, ())
         finder = conditioning.finder
@@ -105,6 +105,7 @@ class PipelineParts:
             notes.append(
                 f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
             )
+        notes += parts.of_another_gel
         notes += left_out_notes(parts._left_out(), bundled=_has_light_model(bundle))
         return replace(parts, notes=tuple(notes))
 
@@ -136,7 +137,35 @@ class PipelineParts:
         if self.conditioning.reference is None:
             return None
         light = None if self.bundle is None else self.bundle.manifest.light_range
-        return GelCheck(self.conditioning.reference, light)
+        view = ImageGeometry(self.profile.image).view()
+        return GelCheck(self.conditioning.reference, light, view)
+
+    @cached_property
+    def _todays_reference(self) -> tuple[GelCheck, Frame] | None:
+        """A reference that is not the bundle's, conditioned against that; and its check."""
+        given, bundle, check = self.conditioning.reference, self.bundle, self.gel_check
+        if bundle is None or given is None or check is None:
+            return None
+        if given.pixels is bundle.reference.pixels:
+            return None
+        calibrated = self.conditioning.against(bundle.reference)
+        today = replace(given.as_frame(bundle.manifest.mm_per_px), marker_mask=given.marker_mask)
+        return replace(check, reference=calibrated.undeformed), calibrated.compensated(today)
+
+    @property
+    def of_another_gel(self) -> list[str]:
+        """Whether a reference of today shows another gel, or other light, than the bundle's."""
+        if self._todays_reference is None:
+            return []
+        check, today = self._todays_reference
+        return [f"the reference is not that of the bundle: {w}" for w in check(today).warnings()]
+
+    def drift_in_words(self, frame: Frame) -> str:
+        """Say how far the light drifted from the bundle's, in today's reference or a frame."""
+        if self.bundle is None or self.gel_check is None:
+            return ""
+        check, today = self._todays_reference or (self.gel_check, frame)
+        return check.drift_in_words(today)
 
     @cached_property
     def reference_gradients(self) -> ReferenceGradients | None:
@@ -172,17 +201,6 @@ class PipelineParts:
                 kind = left_out[giver[kind]]
             left_out[name] = kind
         return left_out
-
-
-def _of_another_gel(bundle: Bundle | None, conditioning: Conditioning) -> list[str]:
-    """Say whether a reference of today shows another gel, or other light, than the bundle's."""
-    given = conditioning.reference
-    if bundle is None or given is None or given.pixels is bundle.reference.pixels:
-        return []
-    calibrated = conditioning.against(bundle.reference).undeformed
-    today = replace(given.as_frame(bundle.manifest.mm_per_px), marker_mask=given.marker_mask)
-    shown = GelCheck(calibrated, bundle.manifest.light_range)(today)
-    return [f"the reference is not that of the bundle: {words}" for words in shown.warnings()]
 
 
 def _has_light_model(bundle: Bundle | None) -> bool:

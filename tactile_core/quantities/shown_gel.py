@@ -73,5 +73,9 @@ class ShownGel(Quantity):
         """Return what is wrong with the frame, and what to do."""
         if self.this_gel:
             return ()
-        advice = _ADVICE[self.cause or "unknown"]
-        return (f"this frame does not show the gel of the reference: {advice}",)
+        return (f"this frame does not show the gel of the reference: {self.advice}",)
+
+    @property
+    def advice(self) -> str:
+        """What is wrong with a frame that does not show this gel, and what to do."""
+        return _ADVICE[self.cause or "unknown"]

@@ -209,3 +209,22 @@ def test_the_stretch_is_the_ratio_of_the_resize_factors() -> None:
     assert ImageGeometry(turned).stretch((240, 320)) == 1
     cropped = section.model_copy(update={"crop": (0, 0, 400, 300)})
     assert ImageGeometry(cropped).stretch((640, 360)) == 1
+
+
+@pytest.mark.parametrize("turned", [0, 90])
+def test_the_view_leads_from_the_edges_of_the_image_to_those_before_the_warp(turned: int) -> None:
+    crop = (10, 20, 240, 320) if turned == 0 else (20, 10, 320, 240)
+    warped = geometry(240, 320, warp=WARP, crop=crop, rotate_deg=turned)
+    view = warped.view()
+    assert view is not None
+    edges = np.array([[-0.5, 0.2, 1], [0.7, -0.3, 1]]) @ view.T
+    before = (edges[:, :2] / edges[:, 2:] + 1) * (120, 160) - 0.5
+    plain = geometry(240, 320, crop=crop, rotate_deg=turned)
+    every = np.stack(np.meshgrid(np.arange(400.0), np.arange(400.0)), -1).reshape(-1, 2)
+    camera = [every[np.abs(plain.map_points(every) - point).sum(1).argmin()] for point in before]
+    expected = (warped.map_points(camera) + 0.5) / (120, 160) - 1
+    np.testing.assert_allclose(expected, [[-0.5, 0.2], [0.7, -0.3]], atol=0.02)
+
+
+def test_without_a_warp_there_is_no_view_to_lead_to() -> None:
+    assert geometry(240, 320, flip="horizontal").view() is None

@@ -5,12 +5,15 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_reference
@@ -95,3 +98,38 @@ def test_a_reference_without_the_markers_of_the_profile_is_refused(lab: VirtualL
         calibrate(marked, lab.presses, lab.reference, ball_diameter_mm=4.0)
     pipeline = Pipeline(marked, None, read_reference(marked, lab.reference))
     assert any("'markers: null'" in note for note in pipeline.notes)
+
+
+def lit(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image under lights that each fall off in their own way."""
+    y, x = np.mgrid[-1 : 1 : image.shape[0] * 1j, -1 : 1 : image.shape[1] * 1j]
+    waves = np.sin(np.stack([3 * x + y, 3 * y - x, 2 * x - 3 * y], axis=-1))
+    return np.rint(image * (0.85 + 0.12 * waves)).astype(np.uint8)
+
+
+@pytest.fixture
+def recorded(lab: VirtualLab, tmp_path: Path) -> Path:
+    for path in [lab.reference, *lab.presses.glob("*.png")]:
+        place = tmp_path / path.relative_to(lab.folder)
+        place.parent.mkdir(exist_ok=True)
+        cv2.imwrite(str(place), lit(np.asarray(cv2.imread(str(path)), np.uint8)))
+    return tmp_path
+
+
+def test_a_press_with_swapped_channels_is_left_out_and_the_mistake_named(
+    lab: VirtualLab, recorded: Path
+) -> None:
+    swapped = recorded / "presses" / "press_0.png"
+    cv2.imwrite(str(swapped), np.asarray(cv2.imread(str(swapped)))[..., ::-1])
+    inputs = lab.profile, recorded / "presses", recorded / "reference.png"
+    made = calibrate(*inputs, ball_diameter_mm=BALL_MM, scored=False)
+    why = {press.file: press.why for press in made.presses if not press.used}
+    assert set(why) == {"press_0.png"}
+    assert "its colour channels are in another order" in why["press_0.png"]
+
+
+def test_presses_of_a_turned_camera_end_with_what_is_wrong(lab: VirtualLab, recorded: Path) -> None:
+    reference = recorded / "reference.png"
+    cv2.imwrite(str(reference), np.asarray(cv2.imread(str(reference)))[::-1, ::-1])
+    with pytest.raises(CalibrationError, match="turned against the reference"):
+        calibrate(lab.profile, recorded / "presses", reference, ball_diameter_mm=BALL_MM)

@@ -256,3 +256,22 @@ def test_watching_ends_well_with_an_interrupt(tmp_path: Path, url: str) -> None:
     assert first["rate"]["unit"] == "Hz"
     for line in out.splitlines():
         assert json.loads(line)["sequence"] > first["sequence"]
+
+
+def test_the_light_is_compared_with_that_of_the_calibration(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    place = lab.profile_path, "--bundle", lab.bundle, "--input", lab.reference
+    _, checks = examined(*place)
+    verdict, words = checks["light since calibration"]
+    assert verdict == "ok"
+    assert words.startswith("brightness 100 to 100 % of the calibration's")
+    image = np.asarray(cv2.imread(str(lab.reference)))
+    ramp = 1 + 0.15 * np.linspace(0, 1, image.shape[1])[:, None]
+    today = tmp_path / "today.png"
+    cv2.imwrite(str(today), np.clip(np.rint(image * ramp), 0, 255).astype(np.uint8))
+    code, checks = examined(*place, "--reference", today)
+    verdict, words = checks["light since calibration"]
+    assert verdict == "problem"
+    assert "unevenness" in words
+    assert code == 1

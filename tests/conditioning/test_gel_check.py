@@ -10,8 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core import Frame, Reference, load_profile
+from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.light_range import LightRange
 from tactile_core.conditioning.gel_check import GelCheck
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.unit import vary
 
@@ -188,6 +190,33 @@ def test_a_change_that_a_tilt_can_cause_is_none_of_the_light() -> None:
 
     assert check(rig)(changed(along)).this_gel
     assert check(rig)(changed(across)).cause in ("another_unit", "one_sided_light")
+
+
+WARP = {
+    "source": ((40.0, 20.0), (280.0, 24.0), (70.0, 200.0), (250.0, 204.0)),
+    "target": ((0.0, 0.0), (320.0, 0.0), (0.0, 240.0), (320.0, 240.0)),
+}
+
+
+@pytest.mark.parametrize(
+    ("cause", "change"),
+    [
+        ("turned", lambda p: p[::-1, ::-1]),
+        ("mirrored", lambda p: p[::-1]),
+        ("cropped", MISTAKES["cropped"][1]),
+    ],
+)
+def test_mistakes_are_made_in_the_camera_and_seen_after_the_warp(
+    cause: str, change: Callable[[Image], Image]
+) -> None:
+    geometry = ImageGeometry(ImageSection(width_px=320, height_px=240, mm_per_px=0.1, warp=WARP))
+    y, x = np.mgrid[-1:1:240j, -1:1:320j]
+    waves = [3 * x + y, 4 * y - x, 2 * x - 3 * y + x * y]
+    raw = np.stack([120 + 60 * np.sin(wave) for wave in waves], axis=-1).astype(np.uint8)
+    channels = "red", "green", "blue"
+    undeformed = Reference(geometry.apply(raw).astype(np.float32), channels)
+    shown = Frame(geometry.apply(np.ascontiguousarray(change(raw))), channels, 0.1)
+    assert GelCheck(undeformed, view=geometry.view())(shown).cause == cause
 
 
 def test_an_even_reference_looks_alike_whatever_was_done_to_it() -> None:

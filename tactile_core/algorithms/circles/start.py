@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import cv2
@@ -45,7 +45,7 @@ class StartParameters(NamedTuple):
         With a smaller share of the image there, a change of the light is not estimated.
         Source: chosen by hand; no script derives it.
     largest_drift : float, change
-        With a larger change of the undeformed surface, the whole image differs from the reference.
+        With a larger change of the undeformed surface, the light is not that of the reference.
         Source: half of the largest log gain that is compensated (``algorithms/drift.py``).
     noise_ratio : float, ratio
         The same relative to the noise of the camera.
@@ -83,10 +83,10 @@ START = StartParameters()
 """The values in use."""
 
 DIFFERS = (
-    "the whole image differs from the reference; record the reference again, with the crop, the "
-    "exposure and the light of the presses"
+    "far from the contact the light is not that of the reference: the ball shades the gel there, "
+    "or light, exposure or crop have changed; press nearer to the middle, or record a new reference"
 )
-"""Reason to exclude a press that belongs to another reference."""
+"""Reason to exclude a press under another light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +141,11 @@ class Start:
             _sighting(change, drift, None, *_most_odd(change, ball), ball),
             _sighting(change, drift, gradient, *odd_centre(gradient, ball), ball),
         )
+
+    def refused(self, why: str) -> Start:
+        """Return it as no press, for a reason that the whole image gives."""
+        shading, darkening = (replace(one, why=why) for one in (self.shading, self.darkening))
+        return Start(self.ball, shading, darkening)
 
     def seen(self, *, darkens: bool) -> Sighting:
         """Return the sighting for one kind of light."""

@@ -33,6 +33,9 @@ SECOND_ORDER = 3.0
 FLOOR = 0.004
 """Logarithm of intensity that noise and rounding leave in a smooth field."""
 
+EXPLAINED = 0.25
+"""Share of what a constant leaves that a change of the light explains; a wide contact does not."""
+
 UNSEEN_READABLE = 0.5
 """Share of the reference's readable cells that a frame must show."""
 
@@ -157,9 +160,8 @@ class GelCheck:
 
     def _of_light(self, found: LightChange) -> Cause | None:
         ramp, field, least = self._limits
-        tilted = found.ramp > ramp + found.second_order and found.linear > found.level + 0.02
-        uneven = found.field > field + found.second_order and found.cubic > found.level + 0.05
-        if tilted or uneven:
+        changed = found.ramp > ramp + found.second_order or found.field > field + found.second_order
+        if changed and found.cubic > found.level + EXPLAINED * (1 - found.level):
             return "one_sided_light" if found.linear > found.cubic - 0.04 else "another_unit"
         return "unknown" if found.cubic < least else None
 

@@ -27,9 +27,6 @@ SURFACE_TOLERANCE = 0.04
 
 SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 
-SECOND_ORDER = 3.0
-"""What a tilt changes beyond the first order, per mean square of the change."""
-
 FLOOR = 0.004
 """Logarithm of intensity that noise and rounding leave in a smooth field."""
 
@@ -52,8 +49,6 @@ class LightChange:
         Root mean square of the linear field beyond the known drift, and of that of third order.
     level, linear, cubic : float
         Shares of the cells that a constant and these two fields explain.
-    second_order : float
-        What a tilt may change beyond the first order.
     """
 
     slope: Array
@@ -62,7 +57,6 @@ class LightChange:
     level: float
     linear: float
     cubic: float
-    second_order: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,16 +122,13 @@ class GelCheck:
         found = self.change_of(frame)
         if found is not None and self.light is not None:
             ramp, field, _ = self._limits
-            share = max(
-                found.ramp / (ramp + found.second_order), found.field / (field + found.second_order)
-            )
+            share = max(found.ramp / ramp, found.field / field)
             said.append(f"unevenness {share:.0%} of what is taken for this gel")
         return ", ".join(said)
 
     def light_change(self, change: Array, both: Bool) -> LightChange:
         """Fit smooth fields to what no tilt explains of a change."""
-        seen = change[:, both]
-        left = self._beyond @ seen
+        left = self._beyond @ change[:, both]
 
         def fit(order: int) -> tuple[Array, float]:
             basis = self._polynomials[order][:, both]
@@ -155,12 +146,11 @@ class GelCheck:
             level,
             linear,
             cubic,
-            float(SECOND_ORDER * np.median(np.square(seen).mean(axis=0))),
         )
 
     def _of_light(self, found: LightChange) -> Cause | None:
         ramp, field, least = self._limits
-        changed = found.ramp > ramp + found.second_order or found.field > field + found.second_order
+        changed = found.ramp > ramp or found.field > field
         if changed and found.cubic > found.level + EXPLAINED * (1 - found.level):
             return "one_sided_light" if found.linear > found.cubic - 0.04 else "another_unit"
         return "unknown" if found.cubic < least else None

@@ -144,6 +144,10 @@ class HeightMap(Quantity):
         return replace(self, mm=self.mm + np.float32(offset_mm))
 
 
+MOST_COVERED = 0.9
+"""Share of the view above which a contact is doubted; plates that fill it leave more at rest."""
+
+
 @dataclass(frozen=True, eq=False)
 class ContactMask(Quantity):
     """The contact area.
@@ -170,3 +174,13 @@ class ContactMask(Quantity):
     def summary(self) -> Mapping[str, Any]:
         """Return the contact area."""
         return {"contact_area_mm2": self.area_mm2}
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return that no undeformed gel is left, relative to which anything was measured."""
+        covered = float(self.mask.mean())
+        if covered <= MOST_COVERED:
+            return ()
+        return (
+            f"the contact covers {covered:.0%} of the view, which leaves no undeformed gel to measure "
+            f"from; press on a smaller area, or check that reference and bundle are of this gel",
+        )

@@ -55,3 +55,11 @@ def test_indented_gel_is_nearer_to_the_camera_than_undeformed_gel(domed: bool) -
     assert undeformed[..., 0].mean() == pytest.approx(0, abs=1e-6)
     assert undeformed[0, -1, 0] - undeformed[0, 0, 0] == pytest.approx(39 * MM_PER_PX)
     assert undeformed[-1, 0, 1] - undeformed[0, 0, 1] == pytest.approx(29 * MM_PER_PX)
+
+
+@pytest.mark.parametrize(("covered", "doubted"), [(0.0, False), (0.8, False), (0.95, True)])
+def test_a_contact_that_leaves_no_undeformed_gel_is_doubted(covered: float, doubted: bool) -> None:
+    mask = np.arange(4000).reshape(50, 80) < covered * 4000
+    warnings = ContactMask(mask, MM_PER_PX).warnings()
+    assert bool(warnings) == doubted
+    assert not doubted or "covers 95% of the view" in warnings[0]

@@ -181,6 +181,6 @@ class ContactMask(Quantity):
         if covered <= MOST_COVERED:
             return ()
         return (
-            f"the contact covers {covered:.0%} of the view, which leaves no undeformed gel to measure "
-            f"from; press on a smaller area, or check that reference and bundle are of this gel",
+            f"the contact covers {covered:.0%} of the view, which leaves no undeformed gel to "
+            f"measure from; press on a smaller area, or check that the reference is of this gel",
         )

@@ -95,17 +95,17 @@ class Cells:
         (K, N) float32, (N,) bool
         """
         if pixels.flags.c_contiguous:
-            samples = self._samples(pixels).transpose(2, 0, 1)
+            samples = self._samples(pixels).astype(np.float32)
         else:
-            samples = np.stack([self._samples(plane) for plane in pixels.transpose(2, 0, 1)])
-        samples = samples.astype(np.float32, order="C")
-        shown: Array | np.float32 = np.float32(4)
+            planes = [self._samples(plane) for plane in pixels.transpose(2, 0, 1)]
+            samples = np.stack(planes, axis=-1).astype(np.float32)
+        shown: Array | np.float32 = np.float32(1)
         if hidden is not None:
-            shows = self._samples(hidden.view(np.uint8)) == 0
-            samples *= shows
-            shown = _sums(shows.astype(np.float32)[None]).ravel()
-        means = _sums(samples).reshape(len(samples), -1)
-        means /= np.maximum(shown, 1) * np.float32(full_scale)
+            shows = np.float32(1) - self._samples(hidden.view(np.uint8))
+            samples *= shows[..., None]
+            shown = self._means(shows).ravel()
+        means = np.ascontiguousarray(self._means(samples).reshape(-1, samples.shape[2]).T)
+        means /= np.maximum(shown, 0.25) * np.float32(full_scale)
         readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < BRIGHTEST)
         readable &= shown > 0
         return np.log(np.maximum(means, DRIFT.dark_share)), readable
@@ -117,9 +117,13 @@ class Cells:
             *size[::-1], *image.shape[2:]
         )
 
+    def _means(self, samples: Array) -> Array:
+        """Average (2 R, 2 C, …) samples over the four of each cell."""
+        return np.asarray(cv2.resize(samples, self.shape[::-1], interpolation=cv2.INTER_AREA))
+
 
 def _sums(samples: Array) -> Array:
-    """Sum (K, 2 R, 2 C) samples over the four of each cell."""
+    """Sum (K, 2 R, 2 C) cells over each four."""
     across = samples[..., 0::2] + samples[..., 1::2]
     return np.asarray(across[:, 0::2] + across[:, 1::2])
 
@@ -216,7 +220,7 @@ class Appearance:
         both = readable & self.seen
         change = log - self.log
         if np.count_nonzero(both) >= FEWEST_CELLS:
-            seen = change.compress(both, axis=1)
+            seen = change.compress(both, axis=1)[:, ::2]
             middle = seen.shape[1] // 2
             change -= np.partition(seen, middle, axis=1)[:, middle, None]
         return change * both, both
@@ -235,7 +239,7 @@ class Appearance:
         """
         if not self.alternatives:  # an even reference looks alike whatever was done to it
             return None
-        responses = self._filters @ self._blurred(np.clip(change, -CLIP, CLIP))
+        responses = self._filters @ self._blurred(change)
         best: float = margin
         why: Mistake | None = None
         for index in np.flatnonzero(responses > RESPONSE):
@@ -265,8 +269,8 @@ class Appearance:
         return np.asarray(filters / np.square(filters).sum(axis=1, keepdims=True))
 
     def _blurred(self, change: Array) -> Array:
-        """Return the sums over four cells, (K N / 4): a filter needs no more."""
-        return _sums(self._image(change)).ravel()
+        """Return the clipped sums over four cells, (K N / 4): a filter needs no more."""
+        return np.clip(_sums(self._image(change)).ravel(), -4 * CLIP, 4 * CLIP)
 
     def _expected(self, one: Alternative) -> Array:
         both = self.seen & one.seen
@@ -274,7 +278,7 @@ class Appearance:
             return np.zeros(self.log.size // 4, np.float32)
         change = one.log - self.log
         change = change - np.median(change[:, both], axis=1, keepdims=True)
-        return self._blurred(np.clip(change, -CLIP, CLIP) * both)
+        return self._blurred(change * both)
 
     def _image(self, values: Array) -> Array:
         return values.reshape(-1, *self.cells.shape)

@@ -163,7 +163,8 @@ class GelCheck:
         ramp, field, least = self._limits
         agreed = float(weight.mean())
         smooth = (left * weight) @ self._projection / max(agreed, least)
-        return agreed > least and _rms(smooth @ self._polynomials[3]) < 0.4 * min(ramp, field)
+        size = float(np.sqrt(np.square(smooth @ self._spread).sum()))
+        return agreed > least and size < 0.4 * min(ramp, field)
 
     @cached_property
     def _limits(self) -> tuple[float, float, float]:
@@ -177,6 +178,14 @@ class GelCheck:
     def _projection(self) -> Array:
         """(N, M): least squares of a field of third order."""
         return np.asarray(np.linalg.pinv(self._polynomials[3]), np.float32)
+
+    @cached_property
+    def _spread(self) -> Array:
+        """(M, M): maps a field's coefficients to a vector as long as its root mean square."""
+        basis = self._polynomials[3]
+        centred = basis - basis.mean(axis=1, keepdims=True)
+        left, values, _ = np.linalg.svd(centred / np.sqrt(basis.shape[1]), full_matrices=False)
+        return np.asarray(left * values, np.float32)
 
     @cached_property
     def _beyond(self) -> Array | None:

@@ -21,13 +21,12 @@ import subprocess
 import sys
 import tempfile
 import time
-import traceback
 from collections import Counter
-from collections.abc import Callable
-from functools import partial
+from contextlib import closing, suppress
 from itertools import count
+from multiprocessing import get_context
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from support.damaged_recordings import Images, chunks_in, damaged, images_in, record
@@ -47,6 +46,7 @@ from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RunningRecording
 
+_SPAWN = get_context("spawn")  # a library's threads do not survive a fork
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
 
 
@@ -136,7 +136,7 @@ def print_disks(folder: Path, rng: np.random.Generator) -> None:
     for name, words in commands.items():
         counts: Counter[str] = Counter()
         for limit_bytes in sizes():
-            ended = ended_with(*in_a_child(lambda words=words: command_of(words), limit_bytes))
+            ended = in_a_child(words, limit_bytes)
             left = [p for p in folder.iterdir() if p not in given]
             if any(path.read_bytes() != content for path, content in given.items()):
                 ended = "an input is altered"
@@ -152,39 +152,25 @@ def sizes() -> list[int]:
     return [0, 1, *np.geomspace(10, 1e6, DISKS - 2).astype(int).tolist()]
 
 
-def in_a_child(work: Callable[[], str], limit_bytes: int) -> tuple[str, int]:
-    """Work in a fork, with a limit of the size of each file; return the result and its signal."""
+def in_a_child(words: list[object], limit_bytes: int) -> str:
+    """Run a command in a fork, with a limit of the size of each file, and return how it ended."""
+    from support.command_line import tactile
+
     reading, writing = os.pipe()
     process = os.fork()
     if process == 0:
-        try:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
-            os.write(writing, work().encode()[:60_000])
-            gc.collect()
-            atexit._run_exitfuncs()  # a library may fall over what was left open
-        except BaseException:
-            os.write(writing, traceback.format_exc().encode()[:60_000])
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
+        done = tactile(*words)
+        os.write(writing, f"{done.returncode} {done.stderr}".encode()[:60_000])
+        gc.collect()
+        atexit._run_exitfuncs()  # a library may fall over what a command left open
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        result = pipe.read().decode()
+        code, _, message = pipe.read().decode().partition(" ")
     _, status = os.waitpid(process, 0)
-    return result, os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
-
-
-def command_of(words: list[object]) -> str:
-    """Run a command; return its exit status and what it said."""
-    from support.command_line import tactile
-
-    done = tactile(*words)
-    return f"{done.returncode} {done.stderr}"
-
-
-def ended_with(result: str, number: int) -> str:
-    """Return how a command ended."""
-    if number:
-        return signal.Signals(number).name
-    code, _, message = result.partition(" ")
+    if os.WIFSIGNALED(status):
+        return signal.Signals(os.WTERMSIG(status)).name
     said = [line for line in message.splitlines() if not line.startswith("note: ")]
     if code == "0":
         return "exit 0"
@@ -205,11 +191,17 @@ def print_pages(folder: Path, rng: np.random.Generator) -> None:
     counts, wrong = Counter[str](), Counter[str]()
     for limit_bytes in sizes():
         out = folder / "pages"
-        work = partial(used_page, lab.profile_path, bundle, out)
-        result, number = in_a_child(work, limit_bytes)
-        counts.update(result.splitlines())
-        if number or "Traceback" in result:
-            wrong[signal.Signals(number).name if number else result] += 1
+        here, there = _SPAWN.Pipe(duplex=False)
+        given_to = lab.profile_path, bundle, out, limit_bytes, there
+        process = _SPAWN.Process(target=used_page, args=given_to)
+        process.start()
+        there.close()
+        with suppress(EOFError):
+            while True:
+                counts[here.recv()] += 1
+        process.join()
+        if process.exitcode:
+            wrong[f"exit {process.exitcode} with {limit_bytes} bytes"] += 1
         if any(path.read_bytes() != content for path, content in given.items()):
             wrong["an earlier file is altered"] += 1
         wrong.update(fault for path in sorted(out.glob("*")) if (fault := unsound(path)))
@@ -219,23 +211,23 @@ def print_pages(folder: Path, rng: np.random.Generator) -> None:
         print(f"  {times} × {answer}", flush=True)
 
 
-def used_page(profile: Path, bundle: Path, out: Path) -> str:
-    """Save, record and calibrate on the page of a virtual sensor; return a line for each answer."""
+def used_page(profile: Path, bundle: Path, out: Path, limit_bytes: int, answers: Any) -> None:
+    """Save, record and calibrate on the page of a virtual sensor, and send each answer."""
     from support.watching import TOKEN, until, watching
 
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
     sensor = open_live(WantedSensor(str(profile), bundle=bundle), sim=True)
     live = LiveSensor(sensor, out)
     desk = Desk(live.start())
-    until(lambda: live.newest.value is not None)
-    lines = []
-    with LivePage([desk], TOKEN) as page, watching(page.address) as browser:
+    with closing(desk), LivePage([desk], TOKEN) as page, watching(page.address) as browser:
+        until(lambda: live.newest.value is not None)
 
         def click(**command: object) -> None:
             answer = browser.ask(**command)
             said = answer.get("refused") or answer["done"]
             sentence = "\n" not in said and "bug" not in said and not re.match(r"\w+Error", said)
             how = "done" if "done" in answer else "a sentence" if sentence else f"not so: {said}"
-            lines.append(f"{command['do']}: {how}")
+            answers.send(f"{command['do']}: {how}")
 
         click(do="snapshot")
         click(do="record", on=True)
@@ -250,13 +242,13 @@ def used_page(profile: Path, bundle: Path, out: Path) -> str:
             middle_px = (image.width_px - 1) / 2, (image.height_px - 1) / 2
             x_mm, y_mm = image.mm_per_px * np.subtract(live.guidance.target_px, middle_px)
             browser.say(do="move", x_mm=x_mm, y_mm=y_mm, angle_deg=0.0, depth_mm=0.6, pressed=True)
-            until(lambda: live.guidance.kept or not desk.guiding.state, 60)
+            end_s = time.monotonic() + 15  # a slow computer may keep no press
+            while time.monotonic() < end_s and not (live.guidance and live.guidance.kept):
+                time.sleep(0.05)
         click(do="finish")
         click(do="calibrate", on=False)
         before = live.newest.count
         until(lambda: live.newest.count > before)  # it measures on
-    desk.close()
-    return "\n".join(lines)
 
 
 def unsound(path: Path) -> str:

@@ -264,8 +264,8 @@ def _examine_light(
             with blame(DRIVER, driver):
                 driver.set(shining)
             with blame(CAMERA, camera):
-                images = [camera.read(timeout_s).pixels for _ in range(EXAMINATION.settling)]
-            means.append(float(images[-1].mean()))
+                *_, last = [camera.read(timeout_s) for _ in range(EXAMINATION.settling)]
+            means.append(0.0 if last is None else float(last.pixels.mean()))
     except TactileError as error:
         yield Check("lights shine", "problem", str(error), error.exit_code)
         return

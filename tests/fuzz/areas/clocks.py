@@ -73,11 +73,11 @@ def _recorded(box: Sandbox, rng: Random) -> Attempt:
 
 
 def _rising(outcome: Outcome) -> Iterator[str]:
-    """Yield a fault if readings do not follow each other in time, and nobody is told."""
+    """Yield a fault if readings do not follow each other in time, and no message says so."""
     if outcome.code != 0 or b'"timestamp_s"' not in outcome.stdout:
         return
     readings = [json.loads(line) for line in outcome.stdout.splitlines()]
     times = [reading["timestamp_s"] for reading in readings]
-    told = outcome.stderr.strip() or any(reading["warnings"] for reading in readings)
-    if not told and any(not later > earlier for earlier, later in pairwise(times)):
+    warned = outcome.stderr.strip() or any(reading["warnings"] for reading in readings)
+    if not warned and any(not later > earlier for earlier, later in pairwise(times)):
         yield "times that do not rise are measured in silence"

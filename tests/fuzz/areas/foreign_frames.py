@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 Pixels = NDArray[np.uint8]
 
 LEAST_HEIGHT_MM, LEAST_AREA = 0.15, 0.1
-"""Change of the height, and share of the contact's area, that may not pass in silence."""
+"""Change of the height, and share of the contact's area, that may not pass without a warning."""
 
 
 def foreign_frames(box: Sandbox, rng: Random) -> Attempt:

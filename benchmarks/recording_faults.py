@@ -2,7 +2,8 @@
 
 *damage*: flipped bits, truncations and zeroed halves of MCAP recordings, finished and not.
 Counted are images that come back altered, and sound ones that do not come back, as they are read
-and as ``tactile recover`` writes them. *disk*: commands whose files may not exceed a size. *kill*:
+and as ``tactile recover`` writes them. *disk*: commands whose files may not exceed a size.
+*page*: the same for the live page, on which somebody saves, records and calibrates. *kill*:
 ``kill -9`` while ten busy processes share the processor.
 """
 
@@ -12,6 +13,7 @@ import argparse
 import atexit
 import gc
 import os
+import re
 import resource
 import shutil
 import signal
@@ -20,26 +22,42 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import closing, suppress
 from itertools import count
+from multiprocessing import get_context
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from support.damaged_recordings import Images, chunks_in, damaged, images_in, record
 from support.recordings import SESSION
 
-from tactile_core.errors import InputError
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.errors import InputError, TactileError
+from tactile_core.evaluation.demo import calibrated_virtually
+from tactile_core.formats.npz import read_npz
+from tactile_core.live.desk import Desk
+from tactile_core.live.live_sensor import LiveSensor
+from tactile_core.live.opening import WantedSensor, open_live
+from tactile_core.live.server import LivePage
+from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
 from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RunningRecording
 
+_SPAWN = get_context("spawn")  # a library's threads do not survive a fork
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    tried = {"damage": print_damage, "disk": print_disks, "kill": print_kills}
+    tried = {
+        "damage": print_damage,
+        "disk": print_disks,
+        "page": print_pages,
+        "kill": print_kills,
+    }
     parser.add_argument("what", nargs="*", choices=[[], *tried], default=list(tried))
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
@@ -117,7 +135,7 @@ def print_disks(folder: Path, rng: np.random.Generator) -> None:
     }
     for name, words in commands.items():
         counts: Counter[str] = Counter()
-        for limit_bytes in [0, 1, *np.geomspace(10, 1e6, DISKS - 2).astype(int).tolist()]:
+        for limit_bytes in sizes():
             ended = in_a_child(words, limit_bytes)
             left = [p for p in folder.iterdir() if p not in given]
             if any(path.read_bytes() != content for path, content in given.items()):
@@ -127,6 +145,11 @@ def print_disks(folder: Path, rng: np.random.Generator) -> None:
             counts[ended] += 1
             subprocess.run(["rm", "-rf", *left], check=True)
         print(f"{name}: {DISKS} sizes, {dict(counts)}", flush=True)
+
+
+def sizes() -> list[int]:
+    """Return the limits of the size of a file, bytes."""
+    return [0, 1, *np.geomspace(10, 1e6, DISKS - 2).astype(int).tolist()]
 
 
 def in_a_child(words: list[object], limit_bytes: int) -> str:
@@ -153,6 +176,97 @@ def in_a_child(words: list[object], limit_bytes: int) -> str:
         return "exit 0"
     sentence = len(said) == 1 and "this is a bug" not in message
     return f"exit {code}, {'a sentence' if sentence else 'more than a sentence: ' + message}"
+
+
+def print_pages(folder: Path, rng: np.random.Generator) -> None:
+    """Use the live page while its files may not exceed a size, and count what it answers."""
+    from support.virtual_lab import make_lab
+
+    lab = make_lab(folder)
+    profile = lab.profile_path.read_text().replace("160, height_px: 120", "96, height_px: 72")
+    lab.profile_path.write_text(profile.replace("0.1245", "0.2"))
+    bundle = folder / "bundle"
+    calibrated_virtually(load_profile(lab.profile_path, sim=True)).save(bundle)
+    given = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    counts, wrong = Counter[str](), Counter[str]()
+    for limit_bytes in sizes():
+        out = folder / "pages"
+        here, there = _SPAWN.Pipe(duplex=False)
+        given_to = lab.profile_path, bundle, out, limit_bytes, there
+        process = _SPAWN.Process(target=used_page, args=given_to)
+        process.start()
+        there.close()
+        with suppress(EOFError):
+            while True:
+                counts[here.recv()] += 1
+        process.join()
+        if process.exitcode:
+            wrong[f"exit {process.exitcode} with {limit_bytes} bytes"] += 1
+        if any(path.read_bytes() != content for path, content in given.items()):
+            wrong["an earlier file is altered"] += 1
+        wrong.update(fault for path in sorted(out.glob("*")) if (fault := unsound(path)))
+        shutil.rmtree(out, ignore_errors=True)
+    print(f"page: {DISKS} sizes, wrong: {dict(wrong)}")
+    for answer, times in sorted(counts.items()):
+        print(f"  {times} × {answer}", flush=True)
+
+
+def used_page(profile: Path, bundle: Path, out: Path, limit_bytes: int, answers: Any) -> None:
+    """Save, record and calibrate on the page of a virtual sensor, and send each answer."""
+    from support.watching import TOKEN, until, watching
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit_bytes, limit_bytes))
+    sensor = open_live(WantedSensor(str(profile), bundle=bundle), sim=True)
+    live = LiveSensor(sensor, out)
+    desk = Desk(live.start())
+    with closing(desk), LivePage([desk], TOKEN) as page, watching(page.address) as browser:
+        until(lambda: live.newest.value is not None)
+
+        def click(**command: object) -> None:
+            answer = browser.ask(**command)
+            said = answer.get("refused") or answer["done"]
+            sentence = "\n" not in said and "bug" not in said and not re.match(r"\w+Error", said)
+            how = "done" if "done" in answer else "a sentence" if sentence else f"not so: {said}"
+            answers.send(f"{command['do']}: {how}")
+
+        click(do="snapshot")
+        click(do="record", on=True)
+        after = live.newest.count + 10
+        until(lambda: live.newest.count > after)
+        click(do="record", on=False)
+        click(do="take", kind="sphere", size_mm=4.0)
+        click(do="calibrate", on=True, ball_diameter_mm=4.0)
+        if desk.guiding.state:
+            until(lambda: live.guidance and live.guidance.target_px)
+            image = sensor.profile.image
+            middle_px = (image.width_px - 1) / 2, (image.height_px - 1) / 2
+            x_mm, y_mm = image.mm_per_px * np.subtract(live.guidance.target_px, middle_px)
+            browser.say(do="move", x_mm=x_mm, y_mm=y_mm, angle_deg=0.0, depth_mm=0.6, pressed=True)
+            end_s = time.monotonic() + 15  # a slow computer may keep no press
+            while time.monotonic() < end_s and not (live.guidance and live.guidance.kept):
+                time.sleep(0.05)
+        click(do="finish")
+        click(do="calibrate", on=False)
+        before = live.newest.count
+        until(lambda: live.newest.count > before)  # it measures on
+
+
+def unsound(path: Path) -> str:
+    """Return what is wrong with a file or folder that the page left; empty if nothing is."""
+    try:
+        if path.suffix == ".mcap":
+            images_in(path)
+        elif path.name.endswith("_bundle"):
+            Bundle.load(path)
+        elif path.is_dir():
+            for file in path.glob("*.npz"):
+                read_npz(file)
+        elif path.name.startswith((".", "tmp")):
+            return f"{path.name} is left behind"
+    except TactileError as error:
+        # a recording that was cut off before its session says so
+        return "" if path.suffix == ".mcap" else str(error)
+    return ""
 
 
 BUSY = "import time\nend_s = time.monotonic() + 600\nwhile time.monotonic() < end_s: pass"

@@ -50,6 +50,10 @@ def _reported(error: BaseException) -> int:
             "tactile: there is not enough memory for this; give smaller images or fewer of them"
         )
         return 1
+    if isinstance(error, FileExistsError) and error.filename:
+        # made by another command since this one looked
+        print_message(f"tactile: {error.filename} already exists; name another one")
+        return 2
     if isinstance(error, OSError):
         where = f" ({error.filename})" if error.filename else ""
         print_message(f"tactile: {error.strerror or error}{where}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,9 +57,15 @@ class ExaminationParameters(NamedTuple):
     ----------
     reads_s : float, s
         Time for which a live sensor is read. Source: the rate is measured over two seconds.
+    settling : int, images
+        Images until one shows a change of the lights. Source: drivers of cameras buffer four.
+    brighter : float, ratio
+        By which lights change an image at least. Source: a tenth is the most that drifts.
     """
 
     reads_s: float = 2.5
+    settling: int = 6
+    brighter: float = 1.1
 
 
 EXAMINATION = ExaminationParameters()
@@ -146,7 +152,7 @@ def examine(
 
 def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
     try:
-        camera, _, driver = make_devices(profile)
+        camera, illumination, driver = make_devices(profile)
     except DeviceError as error:
         yield Check("camera library", "problem", str(error), error.exit_code)
         return
@@ -167,6 +173,9 @@ def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
             driver.attach(camera)
         if (yield from _opened("lights", DRIVER, driver)):
             yield from _examine_lights(driver, is_open)
+            if is_open:
+                levels = {name: 1.0 for one in illumination.exposures() for name in one.levels}
+                yield from _examine_light(camera, driver, levels, timeout_s)
     finally:
         for device in (driver, camera):
             with suppress(TactileError):  # it has failed before, which was said
@@ -244,6 +253,34 @@ def _examine_lights(driver: LightDriver, camera_is_open: bool) -> Iterator[Check
             "is opened again, which switches them off first"
         )
     yield Check("lights watchdog", "ok", words)
+
+
+def _examine_light(
+    camera: Camera, driver: LightDriver, levels: Mapping[str, float], timeout_s: float
+) -> Iterator[Check]:
+    """Judge the lights by the images: what a driver or a control answers proves little."""
+    means = []
+    try:
+        for shining in ({}, levels, {}):
+            with blame(DRIVER, driver):
+                driver.set(shining)
+            with blame(CAMERA, camera):
+                *_, last = [camera.read(timeout_s) for _ in range(EXAMINATION.settling)]
+            means.append(0.0 if last is None else float(last.pixels.mean()))
+    except TactileError as error:
+        yield Check("lights shine", "problem", str(error), error.exit_code)
+        return
+    off, on = max(means[0], means[2]), means[1]
+    if on > EXAMINATION.brighter * off:
+        yield Check(
+            "lights shine", "ok", f"the image has {on:.0f} counts with them, {off:.0f} without"
+        )
+    else:
+        words = (
+            f"the image has {off:.0f} counts without the lights and {on:.0f} with them; "
+            f"check their supply and the driver's options, keep daylight out, and lock the exposure"
+        )
+        yield Check("lights shine", "problem", words, 1)
 
 
 def _examine_readings(sensor: Sensor) -> Iterator[Check]:

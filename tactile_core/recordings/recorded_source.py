@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
@@ -109,6 +110,14 @@ class RecordedSource(ObservationSource):
             notes.append(
                 f"{self._file.path.name} is unfinished, because it is still being written or was "
                 f"interrupted; its {len(self._played)} complete observations are read"
+            )
+        times = [exposures[0].described.get("timestamp_s") for exposures in self._played]
+        known = [time_s for time_s in times if isinstance(time_s, float | int)]
+        stuck = sum(later <= earlier for earlier, later in pairwise(known))
+        if stuck:
+            notes.append(
+                f"{stuck} of {len(times)} times in {self._file.path.name} are not after the one "
+                f"before, so its rates and slip are not to be trusted; set the recorder's clock"
             )
         if self.session.tared:
             notes.append(

@@ -93,7 +93,7 @@ def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
             f"{path} does not say which sensor recorded it, because its beginning is damaged or "
-            f"another program wrote it; record again with 'tactile record'"
+            f"another program wrote it; record with 'tactile record', or save its images as PNG"
         ) from error
     return session
 

@@ -57,7 +57,7 @@ def simulate(
     progress = progress or Silent()
     folder = resolved(Path(out))
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise _exists(out)
+        raise InputError(f"{out} already exists; give another --out, or empty it")
     progress.stage("simulating", 1.0)
     with fresh_folder(folder) as fresh:
         stage.reset()
@@ -68,15 +68,8 @@ def simulate(
             write_frame(fresh / FRAMES, stage.frame(), name)
             write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
             progress.fraction((number + 1) / script.frames)
-        try:
-            move_in(fresh, folder)
-        except FileExistsError:
-            raise _exists(out) from None
+        move_in(fresh, folder)
     return script.frames
-
-
-def _exists(out: Path) -> InputError:
-    return InputError(f"{out} already exists; give another --out, or empty it")
 
 
 def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:

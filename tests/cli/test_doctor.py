@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
 import cv2
@@ -15,9 +16,9 @@ import numpy as np
 import pytest
 from support.command_line import refused, tactile
 from support.light_box import LightBox, light_box
-from support.live_sensor import NAMES, profile, send, stream
+from support.live_sensor import NAMES, PERIOD_S, profile, send, stream
 from support.live_sensor import box as serial_box
-from support.mjpeg_server import MjpegServer
+from support.mjpeg_server import Exchange, MjpegServer
 from support.sysfs import Sysfs
 from support.virtual_lab import VirtualLab
 
@@ -138,11 +139,38 @@ def with_box(folder: Path, url: str, box: LightBox, more: str = "") -> Path:
     return profile(folder, stream(url), serial_box(box.port, names))
 
 
+@pytest.fixture
+def lit_url(box: LightBox) -> Iterator[str]:
+    """A camera that sees the lights of the box."""
+
+    def send_lit(exchange: Exchange) -> None:
+        exchange.begin()
+        for number in count():
+            if exchange.stopped.wait(PERIOD_S):
+                return
+            picture = np.full((48, 64, 3), 20, np.uint8)
+            picture += np.uint8(100 if box.levels and any(box.levels[-1]) else 0)
+            picture[0, 0, 0] = number % 256
+            exchange.send_image(bytes(cv2.imencode(".png", picture)[1]))
+
+    with MjpegServer(send_lit) as server:
+        yield server.url
+
+
+@on_linux
+def test_a_light_that_no_image_shows_is_a_problem(tmp_path: Path, url: str, box: LightBox) -> None:
+    code, checks = examined(with_box(tmp_path, url, box))
+    assert code == 1
+    assert verdicts(checks, "lights shine") == {"lights shine": "problem"}
+    assert "has 100 counts without the lights and 100 with them" in checks["lights shine"][1]
+    assert box.levels[-1] == [0, 0, 0]
+
+
 @on_linux
 def test_a_light_box_that_answers_is_examined_and_left_dark(
-    tmp_path: Path, url: str, box: LightBox
+    tmp_path: Path, lit_url: str, box: LightBox
 ) -> None:
-    code, checks = examined(with_box(tmp_path, url, box))
+    code, checks = examined(with_box(tmp_path, lit_url, box))
     assert code == 0, checks
     assert set(verdicts(checks, "lights").values()) == {"ok"}
     assert checks["lights watchdog"][1] == "the lights go out 0.4 s after the program is killed"

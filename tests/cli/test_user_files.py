@@ -210,3 +210,14 @@ def test_presses_with_names_that_are_not_utf8_give_a_bundle(lab: VirtualLab, min
     done = tactile(*words, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
     assert done.returncode == 0, done.stderr
     Bundle.load(mine / os.fsdecode(b"new\xff"))
+
+
+@pytest.mark.parametrize("name", ["new.mcap", "new"])
+def test_of_two_recordings_into_one_file_at_once_the_second_is_refused(
+    lab: VirtualLab, mine: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ("record", lab.profile_path, "--input", mine / "in", "--reference", "first")
+    assert tactile(*words, "--out", mine / name).returncode == 0
+    # the second looked before the first had made it
+    monkeypatch.setattr("tactile_core.recordings.kinds.os.path.lexists", lambda path: False)
+    assert f"{mine / name} already exists" in refused(mine, *words, "--out", mine / name)

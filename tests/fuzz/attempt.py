@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fuzz.faults import Fault
+
+if TYPE_CHECKING:
+    from fuzz.process import Outcome
 
 Corrupt = Callable[[Random], None]
 REFUSED = frozenset({0, 2})
@@ -52,6 +55,8 @@ class Attempt:
         Limit of CPU time; more counts as a hang.
     may_litter : bool
         Temporary files may remain, for example after SIGKILL.
+    judge : callable
+        Yields the promises of this area that a process has broken.
     """
 
     words: list[str] = field(default_factory=list)
@@ -69,6 +74,7 @@ class Attempt:
     plugins: tuple[Path, ...] = ()
     cpu_s: int = 10
     may_litter: bool = False
+    judge: Callable[[Outcome], Iterator[str]] = lambda outcome: iter(())
 
     @property
     def out(self) -> Path | None:

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
+from tactile_core.pipeline.conversion import convert
+from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.recording_session import recorded
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.analytic_ball import BallPress, render
@@ -45,6 +48,9 @@ PROFILES = {
     "  slip_contact: {use: core.slip_contact}\n  shear: {use: core.contact_shear}\n"
     "  imprint: {use: core.imprint_motion}\n  release: {use: core.shear_release}\n"
     "  slip: {use: core.slip}\n",
+    "lit": "schema: 1\nname: lit\nextends: small.yaml\noptics:\n"
+    "  lights: {distance_mm: 14, scatter: 0.3}\n"
+    "  sensor: {white_balance: [1.0, 0.8, 0.6], vignetting: 0.2}\n",
     "touched": "schema: 1\nname: touched\nextends: small.yaml\ncamera: {use: core.replay}\n"
     "calibration: {use: core.lookup_table}\nestimators: {height: {use: core.robust_poisson}}\n"
     "sim: {}\n",
@@ -104,10 +110,39 @@ def make_corpus(folder: Path) -> Path:
     calibrate(turn, folder / "scan", folder / "level", target=folder / "map.tmd").save(
         folder / "turn_bundle"
     )
+    _uneven_light(folder)
+    _tapes(small, folder)
     simulate(VirtualStage(small, 0, "fast"), Script(folder / "script.yaml"), folder / "played")
     marked = load_profile(folder / "marked.yaml")
     simulate(VirtualStage(marked, 0, "fast"), Script(folder / "script.yaml"), folder / "sheared")
     return folder
+
+
+def _uneven_light(folder: Path) -> None:
+    """Write a sensor whose reference differs from itself turned, mirrored or in other channels."""
+    lit = load_profile(folder / "lit.yaml")
+    for k, centre in enumerate(_CENTRES):
+        press = BallPress(centre, BALL_MM, 0.5)
+        _save(lit, folder / "lit" / "presses" / f"press_{k}.png", _depth(press), k)
+    _save(lit, folder / "lit.png", np.zeros(SHAPE), 9)
+    calibrate(lit, folder / "lit" / "presses", folder / "lit.png", ball_diameter_mm=BALL_MM).save(
+        folder / "lit_bundle"
+    )
+
+
+def _tapes(profile: Profile, folder: Path) -> None:
+    """Write a recording in each format, and one that was cut off."""
+    for name in ("tape.mcap", "tape"):
+        given = {"bundle": folder / "bundle", "input": folder / "presses"}
+        with (
+            open_sensor(profile, reference=folder / "ref.png", **given) as sensor,
+            sensor.record(folder / name) as recording,
+        ):
+            for _ in recorded(sensor, recording):
+                pass
+    convert(folder / "tape.mcap", folder / "tape.h5")
+    data = (folder / "tape.mcap").read_bytes()
+    (folder / "cut.mcap").write_bytes(data[: len(data) * 9 // 10])
 
 
 def _depth(press: BallPress) -> NDArray[np.float64]:

@@ -78,6 +78,8 @@ class Fault:
         path = arguments[0]
         if not changes or isinstance(path, int) or path is None:
             return None
+        if self.reading and Path(path).is_dir():  # listed to be removed
+            return None
         return os.fsdecode(path)
 
 

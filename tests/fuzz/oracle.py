@@ -48,6 +48,7 @@ def broken_promises(
             yield from _of_the_call(outcome)
         elif not outcome.hung and outcome.code >= 0:
             yield from _of_the_output(attempt, outcome)
+            yield from attempt.judge(outcome)
     yield from _of_the_files(attempt, before, box, outcomes)
     out = attempt.out
     killed = any(outcome.hung or outcome.code == -signal.SIGKILL for outcome in outcomes)

@@ -135,12 +135,15 @@ def _finish(child: _Child, attempt: Attempt) -> Outcome:
 
 
 def _hangs(pid: int, elapsed_s: float) -> bool:
-    """Return whether a process is blocked or takes too long."""
+    """Return whether a process, with those that it started, is blocked or takes too long."""
     if elapsed_s < BLOCKED_S:
         return False
-    ticks = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
-    busy_s = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
-    return busy_s < 1.0 or elapsed_s > WALL_S
+    ticks = 0
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it has just ended
+            _, _, group, *numbers = (process / "stat").read_text().rpartition(")")[2].split()
+            ticks += sum(map(int, numbers[8:10])) if int(group) == pid else 0
+    return ticks < os.sysconf("SC_CLK_TCK") or elapsed_s > WALL_S
 
 
 def _resident_mib() -> float:

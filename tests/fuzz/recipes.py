@@ -36,6 +36,19 @@ NEW_PRESSES = split(
     "new mine --from small.yaml --image ref.png --mm-per-px 0.1 --presses presses "
     "--ball-diameter-mm 3 --out mine.yaml"
 )
+RUN_LIT = split("run lit.yaml --bundle lit_bundle --input lit/frames --reference lit.png --json")
+_TAPE = "run small.yaml --bundle bundle --json --input"
+RUN_MCAP, RUN_HDF5, RUN_FOLDER = (split(f"{_TAPE} {n}") for n in ("tape.mcap", "tape.h5", "tape"))
+RUN_RECORD = split("run small.yaml --bundle bundle --input frames --save npz,record --out out")
+RECORD = split(
+    "record small.yaml --bundle bundle --input frames --reference ref.png --readings --out new.mcap"
+)
+RECORD_FOLDER = split("record small.yaml --input frames --reference first --out new")
+CONVERT, CONVERT_HDF5, CONVERT_FOLDER = (
+    split(words)
+    for words in ("convert tape.mcap new.h5", "convert tape.h5 new.mcap", "convert tape new.mcap")
+)
+RECOVER = split("recover cut.mcap --out new.mcap")
 COMPARE = split(
     "compare small.yaml --input played/frames --truth played/truth --bundle bundle --out page "
     "--json"
@@ -46,6 +59,7 @@ PROFILES, PLUGINS, SCHEMA = ["profiles", "--json"], ["plugins", "--json"], ["sch
 
 RUNS = (RUN, RUN_IMAGE, RUN_VIDEO, RUN_SCAN, RUN_SCANS, RUN_MARKED, RUN_FIRST, RUN_SIM)
 CALIBRATIONS = (*(CALIBRATE, CALIBRATE_LABELS, CALIBRATE_GRID, CALIBRATE_MAP),)
+RECORDING = (RECORD, RECORD_FOLDER, RUN_RECORD, CONVERT, CONVERT_HDF5, CONVERT_FOLDER, RECOVER)
 WRITING = (RUN, RUN_SCAN, RUN_VIDEO, *CALIBRATIONS, SIMULATE, NEW, NEW_PLUGIN)
 OTHERS = (NEW, NEW_PLUGIN, NEW_PRESSES, VALIDATE, DOCTOR, PROFILES, PLUGINS, SCHEMA)
 ALL = (*RUNS, *CALIBRATIONS, SIMULATE, *OTHERS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from fuzz.areas import AREAS
 from fuzz.attempt import Attempt
 from fuzz.oracle import broken_promises
 from fuzz.process import Outcome
@@ -31,6 +32,15 @@ def test_a_message_may_call_it_a_bug_of_the_plugin(tmp_path: Path, named: tuple[
 
 def test_no_message_may_be_about_a_bug_of_ours(tmp_path: Path) -> None:
     assert any("this is a bug" in one for one in broken(tmp_path, OURS))
+
+
+def test_what_an_area_promises_besides_is_judged(tmp_path: Path) -> None:
+    silent = broken(tmp_path, "tactile: no\n", judge=lambda outcome: iter(["measured in silence"]))
+    assert silent == ["measured in silence"]
+
+
+def test_frames_clocks_damage_and_pages_are_tried() -> None:
+    assert {"frames", "clocks", "damage", "pages", "disks"} <= set(AREAS)
 
 
 def test_a_refusal_names_what_it_must(tmp_path: Path) -> None:

@@ -97,6 +97,7 @@ def test_a_quantity_as_described_has_no_fault() -> None:
         ({"coefficient": [1.0]}, "coefficient is list where it must be float32"),
         ({"std": np.ones((2, 2), np.float32)}, r"std has the shape (2, 2) where the image has"),
         ({"coefficient": np.full(SHAPE, np.nan, np.float32)}, "values that are not finite"),
+        ({"coefficient": np.full(SHAPE, 1e30, np.float32)}, "coefficient holds values above 1e+15"),
         ({"traction": np.ones((9, 4, 2), np.float32)}, "traction has the shape (9, 4, 2) where"),
         ({"traction": np.ones((3, 4, 3), np.float32)}, "traction has the shape (3, 4, 3) where"),
         ({"sizes": np.zeros(4, np.int32)}, "sizes has the shape (4,) where the quantity has (5,)"),

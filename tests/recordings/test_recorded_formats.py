@@ -82,6 +82,26 @@ def test_times_keep_all_their_digits(tmp_path: Path, ending: str) -> None:
 
 
 @each_format
+@pytest.mark.parametrize(
+    ("times_s", "stuck"),
+    [((0.0, 0.1, 5.0), 0), ((0.0, 0.0, 0.1), 1), ((2.0, 1.0, 1.1), 1), ((-3.0, -2.0, -2.0), 1)],
+)
+def test_times_that_do_not_rise_are_said(
+    tmp_path: Path, ending: str, times_s: tuple[float, ...], stuck: int
+) -> None:
+    writer = recording_writer(tmp_path / f"one{ending}")
+    writer.open(SESSION)
+    for number, time_s in enumerate(times_s):
+        one = replace(image(number, sequence=number), timestamp_s=time_s)
+        writer.write_image(RecordedImage(one, number))
+    writer.close()
+    said = [
+        note for note in open_recording(writer.path).source.notes if "not after the one" in note
+    ]
+    assert [note[:7] for note in said] == ([f"{stuck} of 3 "] if stuck else [])
+
+
+@each_format
 def test_the_session_comes_back(tmp_path: Path, ending: str) -> None:
     pixels = np.random.default_rng(1).random((12, 16, 3), np.float32)
     reference = Reference(pixels, SESSION.channels, noise=0.5, frames=3, relative=True)

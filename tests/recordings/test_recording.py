@@ -323,6 +323,19 @@ def test_a_file_that_no_recording_can_be_is_named_for_what_it_is(
             open_recording(path)
 
 
+def test_an_mcap_file_of_another_program_is_named_for_what_it_is(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    with (tmp_path / "robot.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/joints", "json", 0)
+        writer.add_message(channel, 0, b"{}", 0)
+        writer.finish()
+    with pytest.raises(InputError, match=r"no MCAP recording of tactile.* save another program's"):
+        open_recording(tmp_path / "robot.mcap")
+
+
 def test_of_very_many_images_some_are_checked_before_the_first_and_all_as_they_are_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -213,7 +213,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
     attributes = dict(file.attrs)
     if attributes.get("format") != FORMAT:
         raise InputError(
-            f"{path} is an HDF5 file, but no recording that tactile wrote; give a recording"
+            f"{path} is an HDF5 file, but no recording that tactile wrote; save its images as PNG"
         )
     if attributes["version"] != VERSION:
         raise InputError(f"{path} was written by a newer tactile-core; update it to read this")

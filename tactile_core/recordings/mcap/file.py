@@ -105,10 +105,13 @@ class McapFile(RecordingFile):
             self.entries = tuple(self._found())
         except (ValueError, LookupError, RecursionError, struct.error) as error:
             raise InputError(
-                f"{path} has a sound chunk that is no recording of tactile; use another copy"
+                f"{path} has chunks of another program; save its images as PNG, or use another copy"
             ) from error
         if not self._attachments and not self.entries:
-            raise InputError(f"{path} is no MCAP file, or is damaged throughout; check the path")
+            raise InputError(
+                f"{path} is no MCAP recording of tactile, or is damaged throughout; save another "
+                f"program's images as PNG, or use another copy"
+            )
         own = {name: p for name, p in self._attachments.items() if not name.startswith(REFERENCES)}
         files = {name: self.records.content(place) for name, place in own.items()}
         self.session = session_of(files, path)

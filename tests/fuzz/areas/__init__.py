@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
-from fuzz.areas import bad_disks, calls, command_lines, faulty_plugins, inputs, interruptions
+from fuzz.areas import (
+    bad_disks,
+    calls,
+    clocks,
+    command_lines,
+    damaged_recordings,
+    faulty_plugins,
+    foreign_frames,
+    inputs,
+    interruptions,
+    live_pages,
+)
 from fuzz.attempt import Attempt
 from fuzz.sandbox import Sandbox
 
@@ -26,7 +37,11 @@ AREAS: dict[str, tuple[Area, int]] = {
     "truths": (inputs.truths, 30),
     "python": (calls.entry_points, 260),
     "plugins": (faulty_plugins.faulty_parts, 160),
-    "disks": (bad_disks.failing, 160),
+    "frames": (foreign_frames.foreign_frames, 120),
+    "clocks": (clocks.clocks, 80),
+    "damage": (damaged_recordings.damaged, 120),
+    "pages": (live_pages.pages, 40),
+    "disks": (bad_disks.failing, 200),
     "signals": (interruptions.in_the_middle, 80),
     "streams": (interruptions.streams, 50),
     "writers": (interruptions.two_writers, 40),

@@ -17,12 +17,12 @@ _AGAIN = [*recipes.CALIBRATE[:-3], "--out", "bundle"]
 
 def failing(box: Sandbox, rng: Random) -> Attempt:
     """Return a command with a file operation that fails, once or permanently."""
-    words = list(rng.choice((*recipes.WRITING, _AGAIN, _AGAIN)))
+    words = list(rng.choice((*recipes.WRITING, *recipes.RECORDING, _AGAIN, _AGAIN)))
     reading = rng.random() < 0.2
     at = rng.randrange(12) if reading else rng.randrange(10)
     fault = Fault(rng.choice(_NUMBERS), at, reading, lasting=rng.random() < 0.7)
     if not reading and rng.random() < 0.35:
-        fault = Fault(limit_bytes=rng.choice((0, 1, 100, 1000, 5000, 20_000, 60_000)))
+        fault = Fault(limit_bytes=round(100_000 ** rng.uniform(0, 1.1)) - 1)
     ours = (box.work / "bundle",) if words == _AGAIN else ()
     # a file that cannot be read is a mistake of the user or a fault of the disk
     return Attempt(words, fault=fault, ours=ours, codes=frozenset({0, 1, 2} if reading else {0, 1}))

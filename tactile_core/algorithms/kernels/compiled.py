@@ -10,7 +10,6 @@ from tactile_core.algorithms.kernels.displacement import (
     traction_of,
 )
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
-from tactile_core.algorithms.kernels.levelling import rest_area, rest_cells, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_colours,
@@ -30,7 +29,6 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     forward_columns,
     solve_low,
 )
-from tactile_core.algorithms.kernels.rest_plane import rest_plane
 from tactile_core.algorithms.kernels.shear import (
     fitted_motion,
     moved_contact,
@@ -78,12 +76,8 @@ __all__ = [
     "pattern_of",
     "readable_quotients",
     "recent_span",
-    "rest_area",
-    "rest_cells",
-    "rest_plane",
     "share_of_cells",
     "small_step",
-    "smooth_error",
     "solve_low",
     "spacing",
     "spot_pixels",

@@ -17,7 +17,6 @@ def set_to_rest(
     drift_slope: float = 0.05,
     levelled: bool = True,
     thickness_mm: float = THICKNESS_MM,
-    compiled: bool = False,
 ) -> None:
     """Set the undeformed surface to 0 in the height that was integrated from these slopes.
 
@@ -40,12 +39,8 @@ def set_to_rest(
         :func:`tactile_core.algorithms.rest_area.height_error`.
     thickness_mm : float
         Thickness of the gel.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
-    plane = rest_plane(
-        height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=drift_slope, compiled=compiled
-    )
+    plane = rest_plane(height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=drift_slope)
     plane.removed_from(height_mm, mm_per_px, out=height_mm)
     if levelled:
         height_mm -= height_error(
@@ -55,5 +50,4 @@ def set_to_rest(
             mm_per_px=mm_per_px,
             tilt=(plane.slope_x, plane.slope_y),
             thickness_mm=thickness_mm,
-            compiled=compiled,
         )

@@ -7,18 +7,16 @@ surface is undeformed, the height is known to be 0, which reveals this error.
 from __future__ import annotations
 
 from functools import lru_cache
-from types import ModuleType
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.algorithms.poisson.screened import SCREENED, prepared, solve_screened
+from tactile_core.algorithms.poisson.screened import solve_screened
 from tactile_core.algorithms.slope_grid import coarse_size
 
 
@@ -46,8 +44,7 @@ class RestAreaParameters(NamedTuple):
         Source: chosen by hand like ``margin_thicknesses``, between low heights far from contacts
         (short) and the true bulge next to them (long).
     raised_share : float, share of the greatest height
-        Cells raised by this have half the weight of others, and higher ones hardly any. Where
-        they are calm, they are parts of their own.
+        Calm cells that are raised by this are parts of their own.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
     least_raised_mm : float, mm
         Lower bound of the height of a raised cell, for images without a contact.
@@ -63,9 +60,6 @@ class RestAreaParameters(NamedTuple):
         Weight of the height as integrated, relative to that of the undeformed surface. It only
         matters far from any undeformed surface.
         Source: chosen by hand, small enough to have no effect within an image.
-    rounds : int, count
-        Searches for raised cells, since the correction changes the heights.
-        Source: chosen by hand; a third round changes nothing.
     smooth_factor : int, ratio
         Factor by which the correction is enlarged by cubic interpolation, before linear
         interpolation, which is faster.
@@ -82,7 +76,6 @@ class RestAreaParameters(NamedTuple):
     main_share: float = 0.3
     steep_share: float = 0.5
     held: float = 1e-3
-    rounds: int = 2
     smooth_factor: int = 4
 
 
@@ -98,7 +91,6 @@ def height_error(
     mm_per_px: float,
     tilt: tuple[float, float] = (0.0, 0.0),
     thickness_mm: float = THICKNESS_MM,
-    compiled: bool = False,
 ) -> Float32:
     """Estimate the smooth error of a height map from its undeformed part.
 
@@ -120,8 +112,6 @@ def height_error(
         Slopes of a plane that was subtracted from the height.
     thickness_mm : float
         Thickness of the gel.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -138,38 +128,11 @@ def height_error(
     cell = columns / halves[0] * mm_per_px / thickness_mm
     margin = REST_AREA.margin_thicknesses / cell
     stiffness = (columns / size[0] * mm_per_px / thickness_mm / REST_AREA.decay_thicknesses) ** 2
-    loops = kernels.chosen(compiled)
-    if loops is not None and not (columns % halves[0] or rows % halves[1]):
-        images = height_mm, gx, gy
-        error = _looped(loops, images, tilt, (size, halves), (margin, stiffness))
-        return _enlarged(error, (rows, columns))
     coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
-    trust = shrunk(_distant(undeformed, margin), size)
-    return _enlarged(smooth_error(shrunk(coarse, size), trust, stiffness), (rows, columns))
-
-
-def _looped(
-    loops: ModuleType,
-    images: tuple[Array, Array, Array],
-    tilt: tuple[float, float],
-    sizes: tuple[tuple[int, int], tuple[int, int]],
-    of_gel: tuple[float, float],
-) -> Float32:
-    """Solve for the smooth error, by kernels."""
-    size, halves = sizes
-    cells, calm = np.empty((3, *halves[::-1]), np.float32), np.empty(halves[::-1], np.uint8)
-    highest_mm = loops.rest_cells(images, tilt, REST_AREA.calm_slope, cells, calm)
-    raised = REST_AREA.raised_share, REST_AREA.least_raised_mm
-    raised_mm = max(raised[0] * highest_mm, raised[1])
-    shares = REST_AREA.main_share, REST_AREA.steep_share
-    parts = _parts(calm, cells[0], highest_mm)
-    undeformed = loops.rest_area(*parts, *cells, raised_mm, shares)
-    distance = _distance(undeformed.view(np.bool_))
-    options = *of_gel, raised, REST_AREA.held, REST_AREA.rounds
-    solver = *prepared(size[::-1]), tuple(SCREENED)
-    found = loops.smooth_error(cells[0], distance, *options, *solver)
-    return np.asarray(found, np.float32)
+    weight = stiffness * shrunk(_distant(undeformed, margin), size)
+    error = solve_screened(weight * shrunk(coarse, size), weight + stiffness * REST_AREA.held)
+    return _enlarged(error.astype(np.float32), (rows, columns))
 
 
 @lru_cache(maxsize=16)
@@ -180,36 +143,6 @@ def _sizes(rows: int, columns: int) -> tuple[tuple[int, int], tuple[int, int]]:
     if times * width > columns or times * height > rows:
         return (width, height), (width, height)
     return (width, height), (times * width, times * height)
-
-
-def smooth_error(height_mm: Array, trust: Array, stiffness: float) -> Float32:
-    """Solve for the smooth error of a coarse height map.
-
-    Parameters
-    ----------
-    height_mm : (h, w)
-        Means over cells.
-    trust : (h, w)
-        Weight of each cell as undeformed surface, 0 to 1.
-    stiffness : float
-        Square of a cell's side over the length in which an error vanishes.
-
-    Returns
-    -------
-    (h, w) float32
-    """
-    coarse, trust = np.asarray(height_mm, np.float64), stiffness * trust
-    left, error = coarse, None
-    for _ in range(REST_AREA.rounds):
-        raised = np.maximum(left, 0)
-        raised *= 1 / _raised_mm(left)
-        raised *= raised
-        raised *= raised
-        raised += 1
-        weight = trust / raised
-        error = solve_screened(weight * coarse, weight + stiffness * REST_AREA.held, error)
-        left = coarse - error
-    return np.asarray(error, np.float32)
 
 
 def rest_area(height_mm: Array, gx: Array, gy: Array) -> Bool:

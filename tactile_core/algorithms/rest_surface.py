@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
@@ -113,7 +112,6 @@ def rest_plane(
     *,
     mm_per_px: float,
     drift_slope: float = 0.05,
-    compiled: bool = False,
 ) -> RestPlane:
     """Estimate the undeformed gel surface out of contact.
 
@@ -140,8 +138,6 @@ def rest_plane(
         Scale of the image.
     drift_slope : float
         Largest tilt that counts as drift; 0 estimates the level alone.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     References
     ----------
@@ -152,15 +148,6 @@ def rest_plane(
     """
     rows, columns = height_mm.shape
     step = max(1, int(np.sqrt(rows * columns / REST.samples)))
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        regression = REST.rounds, REST.biweight_sigmas, REST.least_sigma_mm, REST.ridge
-        levels = REST.bulge_ratio, REST.least_below_share, REST.half_width_sigmas
-        images = height_mm, gx, gy
-        least_calm = REST.least_calm_share
-        return RestPlane(
-            *loops.rest_plane(images, step, mm_per_px, drift_slope, least_calm, levels, regression)
-        )
     z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
     tilt = quantile(p, 0.5), quantile(q, 0.5)
     deviation = _squares(p - tilt[0], q - tilt[1])

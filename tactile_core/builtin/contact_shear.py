@@ -91,7 +91,6 @@ class ShearOfContact(Estimator):
             window_mm=chosen.window_mm,
             tolerance=chosen.tolerance,
             noise_mm=chosen.noise_mm,
-            compiled=context.compiled,
         )
         self._valid: Bool | None = None
         self._supported: Bool | None = None
@@ -130,7 +129,6 @@ class ShearOfContact(Estimator):
                 displacement.cells_mm,
                 displacement.valid.shape,
                 self._stride,
-                compiled=self.context.compiled,
             ),
             chosen,
             Load(contact.area, contact.depth),

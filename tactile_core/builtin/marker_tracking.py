@@ -26,8 +26,7 @@ _IN_CONTACT = (
 class MarkerTracking(Estimator):
     """Track the markers of the reference from frame to frame.
 
-    A marker that is missing, or whose identity is uncertain, is not ``seen``; its position is
-    inferred from its neighbours. See
+    A marker that is missing is not ``seen``; its position is inferred from its neighbours. See
     :class:`tactile_core.algorithms.marker_tracking.MarkerTracker`. Markers that the border of the
     reference truncates are tracked, because they help to identify the others, but not reported.
     """

@@ -106,7 +106,6 @@ class Poisson(Estimator):
                 drift_slope=self._drift_slope,
                 levelled=self._levelled,
                 thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
-                compiled=self.context.compiled,
             )
         return height_map(height_mm, gradients, self.context, step_px, averaged=slopes.averaged)
 

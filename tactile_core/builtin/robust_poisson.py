@@ -79,6 +79,5 @@ class RobustPoisson(Estimator):
             drift_slope=self._drift_slope,
             levelled=self._levelled,
             thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
-            compiled=self.context.compiled,
         )
         return height_map(height_mm, gradients, self.context)

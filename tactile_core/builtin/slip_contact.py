@@ -162,7 +162,6 @@ class SlipContactFinder(Estimator):
                 displacement.cells_mm,
                 image_shape,
                 self._stride,
-                compiled=self.context.compiled,
             )
         )
         if contact is not None and not _fills_view(moved_mm):
@@ -190,7 +189,6 @@ class SlipContactFinder(Estimator):
                 grid.shape,
                 self._stride,
                 spacing_mm=self._spacing_mm,
-                compiled=self.context.compiled,
             )
             clear = slope > TOUCH.clear_slope
             mask = None if clear else picked(contact.mask, self._stride)

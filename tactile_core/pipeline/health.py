@@ -1,4 +1,4 @@
-"""The health of a sensor: what is measured of its camera, lights, markers and gel, and advice."""
+"""The health of a sensor: what is measured of its camera, lights and markers, and advice."""
 
 from __future__ import annotations
 
@@ -66,9 +66,6 @@ class Health:
         Share of the latest frame's intensities that are saturated.
     markers : Finding
         Markers that are seen, as a median; expected is their number in the reference.
-    gel_wear : Finding
-        Share of the gel whose look has changed lastingly against the reference where nothing
-        touches it: scratches, lost coating, dirt.
     """
 
     rate: Finding
@@ -80,7 +77,6 @@ class Health:
     lights: Mapping[str, Finding]
     saturated: Finding
     markers: Finding
-    gel_wear: Finding
 
     def findings(self) -> Iterator[tuple[str, Finding]]:
         """Yield each property by name; that of a light is ``light red``."""

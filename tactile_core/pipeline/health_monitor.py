@@ -11,7 +11,6 @@ from tactile_core.pipeline.camera_health import CameraHealth
 from tactile_core.pipeline.gel_health import GelHealth
 from tactile_core.pipeline.health import Finding, Health
 from tactile_core.plugins.blame import blame
-from tactile_core.quantities import Reference
 
 
 class HealthMonitor:
@@ -20,20 +19,17 @@ class HealthMonitor:
     Parameters
     ----------
     camera : Camera
-    thickness_mm : float or None
-        Of the gel.
     """
 
-    def __init__(self, camera: Camera, thickness_mm: float | None) -> None:
+    def __init__(self, camera: Camera) -> None:
         self._camera = camera
         self._stream = CameraHealth(live=camera.live)
-        self._gel = GelHealth(thickness_mm)
+        self._gel = GelHealth()
         self._said: dict[str, Finding] = {}
 
     def add(
         self,
         reading: Reading,
-        reference: Reference | None,
         settings: Sequence[Settings],
         now_s: float,
     ) -> None:
@@ -42,8 +38,6 @@ class HealthMonitor:
         Parameters
         ----------
         reading : Reading
-        reference : Reference or None
-            That of its pipeline.
         settings : sequence of Settings
             Of the exposures of the latest observation.
         now_s : float
@@ -53,7 +47,7 @@ class HealthMonitor:
             counts, rate_hz = self._camera.statistics, self._camera.nominal_rate_hz
         self._stream.add(counts, rate_hz, settings, now_s)
         self._stream.add_reading(now_s - reading.frame.timestamp_s, reading.latency_ms / 1e3)
-        self._gel.add(reading, reference)
+        self._gel.add(reading)
 
     def health(self) -> Health:
         """Judge what has come until now."""
@@ -68,7 +62,6 @@ class HealthMonitor:
             lights=gel.lights(),
             saturated=gel.saturated(),
             markers=gel.markers(),
-            gel_wear=gel.wear(),
         )
 
     def warnings(self) -> tuple[str, ...]:

@@ -19,7 +19,6 @@ class Measurement:
     Parameters
     ----------
     source : FrameSource
-    gel_thickness_mm : float or None
 
     Attributes
     ----------
@@ -27,13 +26,13 @@ class Measurement:
         Whether the load of some frame is being subtracted.
     """
 
-    def __init__(self, source: FrameSource, gel_thickness_mm: float | None) -> None:
+    def __init__(self, source: FrameSource) -> None:
         self._source = source
-        self._monitor = HealthMonitor(source.camera, gel_thickness_mm)
+        self._monitor = HealthMonitor(source.camera)
         self._began = self.tared = False
 
     def health(self) -> Health:
-        """Judge the camera, the lights, the markers and the gel from the readings until now."""
+        """Judge the camera, the lights and the markers from the readings until now."""
         return self._monitor.health()
 
     def begin(self, pipeline: Pipeline, frame: Frame, *, tare: bool = False) -> Frame:
@@ -44,8 +43,8 @@ class Measurement:
         return frame
 
     def noted(self, pipeline: Pipeline, reading: Reading) -> Reading:
-        """Note a reading, and add the warnings that concern the devices and the gel."""
-        self._monitor.add(reading, pipeline.reference, self._source.settings, HOST.now())
+        """Note a reading, and add the warnings that concern the devices and the markers."""
+        self._monitor.add(reading, self._source.settings, HOST.now())
         reading = self._source.noted(reading)
         added = self._monitor.warnings()
         if added:

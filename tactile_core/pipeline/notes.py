@@ -11,11 +11,19 @@ _RELEVANT_SHARE = 0.01
 """Share of a frame's intensities: fewer saturated or dark ones are filled without a warning."""
 
 
-def exposure_warnings(frame: Frame) -> tuple[str, ...]:
-    """Return the warnings about saturated and dark intensities of a frame as acquired."""
+_DARK_REFERENCE_SHARE = 0.5
+"""Share of the reference's intensities: more dark ones are no corners but a wrong exposure."""
+
+
+def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, ...]:
+    """Return the warnings about saturated and dark intensities of a frame as acquired.
+
+    What is dark in the reference too, such as the corners of a lens, needs no longer exposure.
+    """
     saturation = saturation_warning(frame)
     warnings = [saturation] if saturation else []
-    if frame.too_dark_share > _RELEVANT_SHARE:
+    always = 0.0 if reference is None else reference.too_dark_share
+    if frame.too_dark_share > min(always, _DARK_REFERENCE_SHARE) + _RELEVANT_SHARE:
         warnings.append(
             f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
             f"the lights"

@@ -205,7 +205,7 @@ class Pipeline:
             if not isinstance(shown, ShownGel) or shown.this_gel:
                 measured_only[ShownGel] = ShownGel(False, "unknown", frame.timestamp_s)
         latency_ms = 1e3 * (perf_counter() - start)
-        warnings = [*(self.notes if first else ()), *exposure_warnings(raw)]
+        warnings = [*(self.notes if first else ()), *exposure_warnings(raw, self.reference)]
         for name, kind in result.left_out.items():
             if kind in external:
                 warnings.append(not_given(name, kind))

@@ -84,7 +84,7 @@ class Sensor:
             plain = not self._recorded.session.compiled
         self._compiled = False if plain else None
         self._source = FrameSource(profile, timeout_s, reconnect_s)
-        self._measurement = Measurement(self._source, profile.gel.thickness_mm)
+        self._measurement = Measurement(self._source)
         self._pipeline: Pipeline | None = None
 
     def __getstate__(self) -> NoReturn:

@@ -56,7 +56,7 @@ class MarkerField(Quantity):
     px : (N, 2) float32
         Current x and y of each marker; interpolated from its neighbours if it is not detected.
     seen : (N,) bool
-        False if the position is interpolated, or the identity of the marker is ambiguous.
+        False if the position is interpolated from the neighbours.
     mm_per_px : float
     started_in_contact : bool
         Tracking began in contact. Either the reference shows a contact, and displacements are

@@ -213,6 +213,11 @@ class Reference(Quantity):
     relative: bool = False
     detections: MarkerDetections | None = None
 
+    @cached_property
+    def too_dark_share(self) -> float:
+        """Share of intensities too dark to measure, as a lens that darkens the corners leaves."""
+        return _share(_some(self.pixels) <= LEVELS.dark_share * self.full_scale)
+
     def as_frame(self, mm_per_px: float) -> Frame:
         """Return the frame of the same intensities, rounded to integers like a camera's."""
         dtype = np.uint8 if self.full_scale <= np.iinfo(np.uint8).max else np.uint16

@@ -213,13 +213,15 @@ def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
         *now_and_in_soak(Shear(2.0, 0.7, spurious=0.05), "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_no_marker(shear: Shear, frames: int, kernels_or_numpy: str) -> None:
+def test_virtual_strokes_swap_hardly_any_marker(
+    shear: Shear, frames: int, kernels_or_numpy: str
+) -> None:
     # numpy gives the same matches in twice the time
     tally = counted(shear, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
-    assert tally.swapped == 0
-    assert tally.specks <= 5e-4 * tally.seen
+    assert tally.swapped <= 3e-5 * tally.seen
+    assert tally.specks <= 1.2e-3 * tally.seen
     assert tally.rms_of_right_px < 0.15
     # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels
     assert shear.spurious or tally.rms_px < 0.15
-    assert tally.recall > 0.87
+    assert tally.recall > 0.94

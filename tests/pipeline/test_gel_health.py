@@ -1,4 +1,4 @@
-"""Health of lights, markers and gel, from readings."""
+"""Health of lights and markers, from readings."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def pipeline(lab: VirtualLab) -> Pipeline:
 
 def judged(pipeline: Pipeline, images: Iterable[np.ndarray]) -> GelHealth:
     """The health after these images, twice a second."""
-    health = GelHealth(pipeline.profile.gel.thickness_mm)
+    health = GelHealth()
     for number, pixels in enumerate(images):
         frame = pipeline.frame(pixels, timestamp_s=number * PERIOD_S)
-        health.add(pipeline.process(frame), pipeline.reference)
+        health.add(pipeline.process(frame))
     return health
 
 
@@ -38,7 +38,7 @@ def undeformed(lab: VirtualLab, count: int = 6) -> list[np.ndarray]:
 def test_a_healthy_gel_has_no_warning(lab: VirtualLab, pipeline: Pipeline) -> None:
     health = judged(pipeline, undeformed(lab))
     assert [found.verdict for found in health.lights().values()] == ["ok"] * 3
-    assert health.wear().verdict == health.saturated().verdict == "ok"
+    assert health.saturated().verdict == "ok"
     assert health.markers().verdict == "unknown"
 
 
@@ -65,42 +65,6 @@ def test_under_a_contact_the_light_is_that_of_the_undeformed_surface(
     assert [light.value for light in found.values()] == pytest.approx([0.75] * 3, rel=0.03)
 
 
-def test_lost_coating_is_wear(lab: VirtualLab, pipeline: Pipeline) -> None:
-    images = undeformed(lab)
-    for image in images:
-        image[10:40, 10:50] = 0.85 * image[10:40, 10:50]
-    wear = judged(pipeline, images).wear()
-    assert wear.verdict == "warning"
-    assert wear.value == pytest.approx(30 * 40 / (120 * 160), rel=0.15)
-    assert f"{wear.value:.0%} of the gel looks different" in wear.message
-
-
-def test_a_contact_that_is_held_is_no_wear(lab: VirtualLab, pipeline: Pipeline) -> None:
-    held = [lab.image(BallPress((60.0, 50.0), BALL_MM, 0.8), seed=seed) for seed in range(8)]
-    wear = judged(pipeline, held).wear()
-    assert wear.verdict == "ok"
-    assert (wear.value or 0) < 0.01
-
-
-def test_a_gel_in_a_light_that_has_changed_is_not_judged(
-    lab: VirtualLab, pipeline: Pipeline
-) -> None:
-    images = [(0.7 * image).astype(np.uint8) for image in undeformed(lab)]
-    wear = judged(pipeline, images).wear()
-    assert (wear.verdict, wear.message) == (
-        "unknown",
-        "the light has changed, and with it the look of the gel",
-    )
-
-
-def test_without_a_bundle_wear_is_unknown(lab: VirtualLab) -> None:
-    wear = judged(Pipeline(lab.profile), undeformed(lab)).wear()
-    assert (wear.verdict, wear.message) == (
-        "unknown",
-        "it takes a reference without contact and a step for contact",
-    )
-
-
 def test_saturation_is_that_of_the_latest_frame(lab: VirtualLab, pipeline: Pipeline) -> None:
     bright = undeformed(lab, 2)
     bright[1][:30] = 255
@@ -115,8 +79,8 @@ def test_markers_that_are_seen_are_counted(seen: int, verdict: str) -> None:
     shown = np.arange(100) < seen
     field = MarkerField(np.arange(100, dtype=np.int32), places, places, shown, 0.1)
     frame = Frame(np.zeros((4, 4, 3), np.uint8), ("r", "g", "b"), 0.1)
-    health = GelHealth(2.0)
-    health.add(Reading(frame, {MarkerField: field}, {}), None)
+    health = GelHealth()
+    health.add(Reading(frame, {MarkerField: field}, {}))
     found = health.markers()
     assert (found.value, found.expected, found.verdict) == (seen, 100, verdict)
     assert (f"{seen} of 100 markers are seen" in found.message) == (verdict == "warning")

@@ -29,11 +29,11 @@ class Repeating:
 
 def test_a_warning_keeps_its_words_until_its_value_has_changed_by_half() -> None:
     camera = Repeating()
-    monitor = HealthMonitor(camera, None)  # type: ignore[arg-type]
+    monitor = HealthMonitor(camera)  # type: ignore[arg-type]
     frame = Frame(np.zeros((4, 6, 3), np.uint8), ("r", "g", "b"), 0.1, source="lift")
     said = []
     for step in range(100):
-        monitor.add(Reading(frame, {}, {}), None, (), step / 10)
+        monitor.add(Reading(frame, {}, {}), (), step / 10)
         camera.goes_on(3)
         said += [one for one in monitor.warnings() if "repeat" in one]
     assert len(said) > 90

@@ -182,6 +182,27 @@ def test_a_frame_of_other_channels_is_rejected(lab: VirtualLab) -> None:
         Pipeline(lab.profile, lab.bundle).process(frame)
 
 
+def test_only_what_the_reference_shows_bright_can_be_too_dark(lab: VirtualLab) -> None:
+    image, reference = (lab.image(None, seed=seed) for seed in range(2))
+    for each in (image, reference):
+        each[:, :16] = 0
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    (said,) = pipeline.process(pipeline.frame(image)).warnings
+    assert said.startswith("10% of the frame is too dark")
+    pipeline = pipeline.with_reference(Reference(reference.astype(np.float32), pipeline.channels))
+    assert not pipeline.process(pipeline.frame(image)).warnings
+    (said,) = pipeline.process(pipeline.frame(np.zeros_like(image))).warnings[:1]
+    assert said.startswith("100% of the frame is too dark")
+
+
+def test_a_wholly_dark_reference_excuses_no_dark_frame(lab: VirtualLab) -> None:
+    dark = np.zeros_like(lab.image(None))
+    reference = Reference(dark.astype(np.float32), ("red", "green", "blue"))
+    pipeline = Pipeline(lab.profile, lab.bundle, reference)
+    warnings = pipeline.process(pipeline.frame(dark)).warnings
+    assert any("too dark; lengthen the exposure" in one for one in warnings)
+
+
 def test_arrays_of_a_reading_are_read_only(lab: VirtualLab) -> None:
     height = Pipeline(lab.profile, lab.bundle).process(frame_of(lab, PRESS))[HeightMap]
     with pytest.raises(ValueError, match="read-only"):

@@ -10,7 +10,6 @@ from tactile_core.algorithms.kernels.displacement import (
     traction_of,
 )
 from tactile_core.algorithms.kernels.imprint import energy_moments, fit_sums, halved, pattern_of
-from tactile_core.algorithms.kernels.levelling import rest_area, rest_cells, smooth_error
 from tactile_core.algorithms.kernels.light import readable_quotients, undeformed_gain
 from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_colours,
@@ -30,13 +29,6 @@ from tactile_core.algorithms.kernels.poisson_columns import (
     forward_columns,
     solve_low,
 )
-from tactile_core.algorithms.kernels.rest_plane import rest_plane
-from tactile_core.algorithms.kernels.shear import (
-    fitted_motion,
-    moved_contact,
-    moved_points,
-    recent_span,
-)
 from tactile_core.algorithms.kernels.slopes import (
     corrected_slopes,
     extrapolated,
@@ -46,12 +38,10 @@ from tactile_core.algorithms.kernels.slopes import (
 )
 from tactile_core.algorithms.kernels.spot_pixels import spot_pixels
 from tactile_core.algorithms.kernels.spots import measured_spots
-from tactile_core.algorithms.kernels.steepness import coarse_field, steepness_of
 from tactile_core.algorithms.kernels.stored import load_alone
 
 __all__ = [
     "backward_columns",
-    "coarse_field",
     "contrast_of_colours",
     "corrected_slopes",
     "dark_mask",
@@ -63,32 +53,23 @@ __all__ = [
     "filled_where_hidden",
     "fit_sums",
     "fitted",
-    "fitted_motion",
     "forward_columns",
     "halved",
     "halved_where_bare",
     "kinds_of",
     "measured_spots",
-    "moved_contact",
-    "moved_points",
     "moved_to_present",
     "mutual_nearest",
     "neighbours_plane",
     "normal_xy_of_bytes",
     "pattern_of",
     "readable_quotients",
-    "recent_span",
-    "rest_area",
-    "rest_cells",
-    "rest_plane",
     "share_of_cells",
     "small_step",
-    "smooth_error",
     "solve_low",
     "spacing",
     "spot_pixels",
     "steady_step",
-    "steepness_of",
     "total_of_fields",
     "touched_regions",
     "traction_of",

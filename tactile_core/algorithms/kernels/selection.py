@@ -200,15 +200,3 @@ def quantile_of(values: Any, share: float) -> Any:
     numbers = ends.view(np.float32)
     low = np.float64(numbers[0])
     return low + (place - below) * (np.float64(numbers[1]) - low)
-
-
-@njit(**PART)
-def median_of(values: Any) -> Any:
-    """Median of (N,) values, in any order, to single precision of their range."""
-    lowest = values[0]
-    for k in range(values.size):
-        lowest = min(lowest, values[k])
-    above = np.empty(values.size, np.float32)
-    for k in range(values.size):
-        above[k] = values[k] - lowest
-    return lowest + quantile_of(above, 0.5)

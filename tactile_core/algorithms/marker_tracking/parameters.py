@@ -207,58 +207,6 @@ class HypothesisParameters(NamedTuple):
     max_motion_pitches: float = 1.5
 
 
-class ConfidenceParameters(NamedTuple):
-    """Parameters of the confidence in a marker's identity. All limits scale with ``allowance``.
-
-    Attributes
-    ----------
-    jump_spacings : float, spacings
-        A marker that moves further than predicted by this loses confidence.
-        Source: chosen on virtual strokes.
-    deviation_spacings : float, spacings
-        A marker that deviates from its neighbours by this loses confidence.
-        Source: chosen on virtual strokes.
-    agreement_spacings : float, spacings
-        A marker whose displacement is closer to that of confident neighbours regains confidence.
-        Source: chosen on virtual strokes.
-    uncertain_spacings : float, spacings
-        A marker loses confidence when its inferred position is less certain.
-        Source: chosen on virtual strokes.
-    unknown_spacings : float, spacings
-        Its agreement in earlier frames no longer counts when its position is less certain.
-        Source: chosen on virtual strokes.
-    few_neighbours_allowance, full_neighbours_allowance : float, ratio
-        Factor of the limits where fewer than three neighbours are tracked, and where at most
-        ``max_gaps`` of them are missing.
-        Source: chosen on virtual strokes.
-    max_gaps : int, count
-        See above.
-        Source: chosen on virtual strokes.
-    outlier_spacings : float, spacings
-        Deviation from the neighbours' prediction at which a marker may be a speck.
-        Source: chosen on virtual strokes.
-    outlier_residuals : float, ratio
-        The same relative to the mean residual nearby; both must be exceeded.
-        Source: chosen on virtual strokes.
-    clutter_factor : float, 1 / squared spacings
-        Times the cube of the clutter-free tolerance: a speck is likely only among many missing
-        markers and many spurious detections.
-        Source: chosen on virtual strokes.
-    """
-
-    jump_spacings: float = 0.3
-    deviation_spacings: float = 0.15
-    agreement_spacings: float = 0.2
-    uncertain_spacings: float = 0.1
-    unknown_spacings: float = 0.2
-    few_neighbours_allowance: float = 0.3
-    full_neighbours_allowance: float = 2.0
-    max_gaps: int = 1
-    outlier_spacings: float = 0.04
-    outlier_residuals: float = 2.0
-    clutter_factor: float = 6.0
-
-
 class TrackerParameters(NamedTuple):
     """Parameters of the tracker.
 
@@ -307,5 +255,4 @@ NEIGHBOURHOOD = NeighbourhoodParameters()
 GROWTH = GrowthParameters()
 SMALL_MOTION = SmallMotionParameters()
 HYPOTHESES = HypothesisParameters()
-CONFIDENCE = ConfidenceParameters()
 TRACKER = TrackerParameters()

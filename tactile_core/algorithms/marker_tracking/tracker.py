@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.marker_tracking.confidence import Confidence
 from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.hypotheses import best_explanation
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
@@ -24,8 +23,8 @@ class MarkerTracker:
     predicts them. If many markers are outliers, or the motion tears the surface, several
     hypotheses are tried by region growing, and only matches that the best ones share are kept.
 
-    A marker without a match, or whose identity is uncertain, is not ``seen``. Its position is then
-    the prediction of its neighbours, with its last offset from them.
+    A marker without a match is not ``seen``. Its position is then the prediction of its neighbours,
+    with its last offset from them.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ class MarkerTracker:
     reference_px, px : (N, 2) float64
         Position of each marker on the undeformed surface, and in the last frame.
     seen : (N,) bool
-        False where ``px`` is inferred from neighbours, or the identity of the marker is uncertain.
+        False where ``px`` is inferred from neighbours.
     lost : bool
         True if too few markers were matched in the last frame; ``px`` is then that of an earlier
         frame.
@@ -70,9 +69,7 @@ class MarkerTracker:
         self.outrun_pitches = 0.0
         self._seen_until_outrun = 0
         self.began_displaced: bool | None = None
-        self._tracked = self.seen
         self._complete = False
-        self._confidence = Confidence(count)
         self._momentum_px = np.zeros((count, 2))
         self._uncertainty_px = np.zeros(count)
 
@@ -99,7 +96,6 @@ class MarkerTracker:
             followed = steady(around, self.px, self._momentum_px, found_px)
             if followed is not None:
                 self.px, self._momentum_px = followed
-                self.seen = self._tracked
                 return
         scene = Scene(
             around,
@@ -108,77 +104,65 @@ class MarkerTracker:
             around.spacing_px(self.px),
             self._uncertainty_px,
         )
-        owner, smooth = self._matched(scene)
+        owner = self._matched(scene)
         known = owner >= 0
         share = TRACKER.min_recovered if self.lost else TRACKER.min_tracked
         enough = max(GROWTH.min_markers, share * np.count_nonzero(scene.in_view))
         self.lost = bool(np.count_nonzero(known) < enough)
         if self.lost:
-            self.seen = self._tracked = np.zeros(len(self.px), np.bool_)
+            self.seen = np.zeros(len(self.px), np.bool_)
             self._momentum_px[:] = 0
         else:
-            self._accept(scene, around, owner, smooth)
-        self._complete = bool(self._tracked.all()) and self._confidence.complete
+            self._accept(scene, around, owner)
+        self._complete = bool(self.seen.all())
         if self.began_displaced is None:
             self.began_displaced = self.lost or self._displaced(around)
 
-    def _matched(self, scene: Scene) -> tuple[Intp, bool]:
-        """Matches of all markers, and whether the motion is smooth."""
+    def _matched(self, scene: Scene) -> Intp:
+        """Matches of all markers."""
         count = len(self.px)
         if len(scene.found_px) < GROWTH.min_markers:
-            return np.full(count, UNMATCHED, np.intp), False
+            return np.full(count, UNMATCHED, np.intp)
         located = self._uncertainty_px <= TRACKER.searched_spacings * scene.spacing_px
         searched = located | self.lost
-        owner, smooth = (None, False) if self.lost else self._small_motion(scene, searched)
+        owner = None if self.lost else self._small_motion(scene, searched)
         if owner is None:
             owner = best_explanation(
-                scene, self.px, self._momentum_px, self.reference_px, searched, self._tracked
+                scene, self.px, self._momentum_px, self.reference_px, searched, self.seen
             )
-        return owner, smooth
+        return owner
 
-    def _small_motion(self, scene: Scene, searched: Bool) -> tuple[Intp | None, bool]:
-        """Matches under a small motion, None where it does not explain the frame; and smooth."""
+    def _small_motion(self, scene: Scene, searched: Bool) -> Intp | None:
+        """Matches under a small motion; None where it does not explain the frame."""
         owner, (small, smooth) = matched(scene, self.px, self._momentum_px, searched)
-        if not small:
-            return None, False
-        if smooth:
-            return owner, True
+        if not small or smooth:
+            return owner if small else None
         base_px = self.px + self._momentum_px
         step, known = scene.steps(base_px, owner)
         _, distance = scene.around.deviation(step, known)
         misfit = known & (distance > scene.tolerance(distance, known))
         few = max(SMALL_MOTION.max_misfits, SMALL_MOTION.max_misfit_share * known.sum())
         if misfit.sum() > few:
-            return None, False
+            return None
         owner = np.where(misfit, UNMATCHED, owner)
         region = scene.connected(base_px, owner)
         if (region != owner).sum() > SMALL_MOTION.max_misfits:
-            return None, False
+            return None
         rounds = SMALL_MOTION.rounds
         grown = scene.grow(base_px, region, searched, rounds=rounds, relaxed=False)
         owner = scene.connected(base_px, grown)
-        return scene.unambiguous(base_px, owner, self._tracked), False
+        return scene.unambiguous(base_px, owner, self.seen)
 
-    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp, smooth: bool) -> None:
-        """Update positions, confidence and momentum from the matches."""
-        tracked = owner >= 0
+    def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
+        """Update positions and momentum from the matches."""
+        seen = owner >= 0
         step_px, _ = scene.steps(self.px, owner)
         px = self.px + step_px
-        self.seen = self._confidence.judge(
-            scene,
-            step_px,
-            self._momentum_px,
-            px - self.reference_px,
-            tracked,
-            self._tracked,
-            smooth,
-        )
-        self._uncertainty_px = np.where(tracked, 0.0, self._uncertainty_px)
-        if not tracked.all():
-            self._infer(around, px, step_px, tracked)
-            self._confidence.forget(scene, self._uncertainty_px, tracked)
+        self._uncertainty_px = np.where(seen, 0.0, self._uncertainty_px)
+        if not seen.all():
+            self._infer(around, px, step_px, seen)
         self._momentum_px = TRACKER.momentum * (px - self.px)
-        self.px, self._tracked = px, tracked
+        self.px, self.seen = px, seen
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:
         """Infer unseen positions from steps or from displacements, whichever is more certain."""

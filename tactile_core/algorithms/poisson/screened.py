@@ -34,7 +34,7 @@ _TINY = float(np.finfo(np.float64).tiny)
 """Keeps the equation of a constant solvable where no cell has a weight."""
 
 
-def solve_screened(source: Array, weight: Array, start: Array | None = None) -> Array:
+def solve_screened(source: Array, weight: Array) -> Array:
     """Solve ``weight · z − Σ (neighbour − z) = source``.
 
     It minimises the squared differences of neighbours plus ``weight · (z − source / weight)²``.
@@ -47,8 +47,6 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
     source : (H, W)
     weight : (H, W)
         Not negative, and positive somewhere. The fewer iterations, the more even it is.
-    start : (H, W), optional
-        A first guess of z.
 
     Returns
     -------
@@ -60,7 +58,7 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
     .. [1] M. R. Hestenes and E. Stiefel, "Methods of conjugate gradients for solving linear
        systems", Journal of Research of the National Bureau of Standards 49(6), 1952.
     """
-    (down, across, up, back), modes = prepared(source.shape)
+    (down, across, up, back), modes = _prepared(source.shape)
     gain = 1 / (modes + max(float(weight.sum()) / weight.size, _TINY))
 
     def applied(z: Array) -> Array:
@@ -74,13 +72,7 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
     step = gain * residual
     energy = float(np.vdot(residual, step))
     enough = SCREENED.tolerance**2 * energy
-    if start is None:
-        z = np.zeros(source.shape)
-    else:
-        z = down @ start @ back
-        residual -= applied(z)
-        step = gain * residual
-        energy = float(np.vdot(residual, step))
+    z = np.zeros(source.shape)
     direction = step
     for _ in range(SCREENED.most_rounds):
         if not energy > enough:
@@ -97,7 +89,7 @@ def solve_screened(source: Array, weight: Array, start: Array | None = None) -> 
 
 
 @lru_cache(maxsize=16)
-def prepared(shape: tuple[int, int]) -> tuple[tuple[Array, Array, Array, Array], Array]:
+def _prepared(shape: tuple[int, int]) -> tuple[tuple[Array, Array, Array, Array], Array]:
     """Return the cosine transforms along both axes, their transposes, and the stiffness."""
     down, across = (_cosines(side) for side in shape)
     back = np.ascontiguousarray(down.T), np.ascontiguousarray(across.T)

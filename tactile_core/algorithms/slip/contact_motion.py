@@ -8,28 +8,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Bool, Complex64, Float32, Intp
-from tactile_core.algorithms.entropy import ENTROPY, displacement_entropy
-from tactile_core.algorithms.slip.plane import PLANE, positions_mm, since, since_at, strain
+from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.slip.plane import positions_mm, since, since_at, strain
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
     StickRegion,
     calm_weights,
     far_weights,
-    fit_options,
-    fitted_region,
     stick_region,
 )
-
-_CALM = (
-    STICK_REGION.calm_quantile,
-    STICK_REGION.calm_strains,
-    STICK_REGION.min_strain,
-    STICK_REGION.distance_power,
-)
-_BIN_MM = np.float32(ENTROPY.bin_mm)
-"""Parameters of the compiled loops."""
 
 
 class ContactMotion(NamedTuple):
@@ -64,7 +52,6 @@ def contact_motion(
     every: int = 1,
     *,
     noise_mm: float = STICK_REGION.noise_mm,
-    compiled: bool = False,
 ) -> ContactMotion:
     """Return the motion since the load settled.
 
@@ -80,18 +67,7 @@ def contact_motion(
         Distance of the points in the list of all points of the contact, row by row.
     noise_mm : float
         Noise of a displacement.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
     """
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        grid, fit = (spacing_mm, PLANE.iterations), fit_options(noise_mm)
-        moved, lag_mm, last, rigid = loops.moved_contact(
-            now, before, mask, every, grid, _CALM, fit, _BIN_MM
-        )
-        points, displacement, weight, entropy_bits = moved
-        region = fitted_region(lag_mm, last, rigid)
-        return ContactMotion(points, displacement, weight, entropy_bits, region)
     left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
     # with a rim, so that the strain is that of the whole field
     window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
@@ -112,8 +88,6 @@ def recent_motion(
     spacing_mm: float,
     points: Intp,
     weight: NDArray[Any],
-    *,
-    compiled: bool = False,
 ) -> tuple[Complex64, NDArray[Any]]:
     """Return the motion of points of the contact since a recent field, and initial weights.
 
@@ -127,8 +101,6 @@ def recent_motion(
         Flat indices.
     weight : (n,)
         Of the stick region of a longer motion.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
 
     Returns
     -------
@@ -136,10 +108,5 @@ def recent_motion(
     weight : (n,)
         Small for points that lag behind in either motion.
     """
-    loops = kernels.chosen(compiled)
-    if loops is None:
-        moved = since_at(now, before, spacing_mm, points)
-        return moved, weight * far_weights(moved)
-    weight, grid = weight.astype(np.float32), (spacing_mm, PLANE.iterations)
-    moved = loops.moved_points(now, before, points, grid, STICK_REGION.distance_power, weight)
-    return moved, weight
+    moved = since_at(now, before, spacing_mm, points)
+    return moved, weight * far_weights(moved)

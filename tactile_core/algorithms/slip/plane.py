@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
@@ -65,20 +64,9 @@ def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32
     return np.asarray(cv2.merge(planes), np.float32)
 
 
-def coarse_field(
-    cells: Float32, image_shape: tuple[int, ...], stride: int, *, compiled: bool = False
-) -> Complex64:
-    """Do the same with displacements (rows, columns, 2), x + iy, (h, w).
-
-    ``compiled`` is whether to use the compiled loop if it is available.
-    """
-    loops = kernels.chosen(compiled)
-    if loops is None:
-        return as_complex(coarse(cells, image_shape, stride))
-    height, width = image_shape[:2]
-    per_px = len(cells) / height, cells.shape[1] / width
-    places = _places(per_px, (height, width), stride)
-    return np.asarray(loops.coarse_field(np.ascontiguousarray(cells), *places), np.complex64)
+def coarse_field(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Complex64:
+    """Do the same with displacements (rows, columns, 2), x + iy, (h, w)."""
+    return as_complex(coarse(cells, image_shape, stride))
 
 
 def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:

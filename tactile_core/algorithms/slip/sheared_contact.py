@@ -122,8 +122,6 @@ class ShearedContact:
         A point sticks if it lags behind the stick region by less than this share of its motion.
     noise_mm : float
         Noise of a displacement.
-    compiled : bool
-        Whether to use compiled loops if they are available.
 
     Attributes
     ----------
@@ -138,16 +136,14 @@ class ShearedContact:
         window_mm: float = SHEARED_CONTACT.window_mm,
         tolerance: float = SHEARED_CONTACT.tolerance,
         noise_mm: float = STICK_REGION.noise_mm,
-        compiled: bool = False,
     ) -> None:
         self.spacing_mm, self.noise_mm = spacing_mm, noise_mm
-        self._compiled = compiled
         self.window_mm, self.tolerance = window_mm, tolerance
         # slipping points move less than those that stick, so the farthest are taken
         self._limits = SpanLimits(
             SHEARED_CONTACT.far_quantile, window_mm, SHEARED_CONTACT.rest_noises * noise_mm
         )
-        self._before = RecentFields(SHEARED_CONTACT.history_frames, compiled=compiled)
+        self._before = RecentFields(SHEARED_CONTACT.history_frames)
         self.release()
 
     def release(self) -> None:
@@ -205,7 +201,6 @@ class ShearedContact:
             mask,
             every,
             noise_mm=self.noise_mm,
-            compiled=self._compiled,
         )
         whole = moved.region
         self._sheared_mm = whole.sheared_mm
@@ -273,11 +268,10 @@ class ShearedContact:
             self.spacing_mm,
             points,
             whole.weight,
-            compiled=self._compiled,
         )
         position = positions_mm(field.shape, self.spacing_mm).ravel()[points]
         if wide_std_mm is None:
-            region = stick_region(recent, position, start, self.noise_mm, compiled=self._compiled)
+            region = stick_region(recent, position, start, self.noise_mm)
             noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
             stick_share = region.stick_share(tolerance, noise_mm)
         else:
@@ -288,7 +282,6 @@ class ShearedContact:
                 whole.weight * far_weights(recent),
                 wide_std_mm,
                 lag_tolerance=WIDE_CONTACT.tolerance,
-                compiled=self._compiled,
             )
             largest_mm = quantile(region.lag_mm, SHEARED_CONTACT.far_quantile)
             least_mm = max(WIDE_CONTACT.sigmas * wide_std_mm, WIDE_CONTACT.ringing * largest_mm)

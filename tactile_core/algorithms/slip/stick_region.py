@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.types import Complex64
 
@@ -125,7 +124,6 @@ def stick_region(
     noise_mm: float = STICK_REGION.noise_mm,
     *,
     lag_tolerance: float = STICK_REGION.lag_tolerance,
-    compiled: bool = False,
 ) -> StickRegion:
     """Fit the rigid motion of the stick region, by iteratively reweighted least squares.
 
@@ -141,19 +139,11 @@ def stick_region(
         Noise of a displacement.
     lag_tolerance : float
         Lag at which the weight of a point falls to a quarter, relative to the motion.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
 
     Returns
     -------
     StickRegion
     """
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        lag_mm, last = np.empty(len(start), np.float32), start.astype(np.float32)
-        places = np.ascontiguousarray(displacement), np.ascontiguousarray(position)
-        fit = fit_options(noise_mm, lag_tolerance)
-        return fitted_region(lag_mm, last, loops.fitted_motion(*places, fit, lag_mm, last))
     weight, contact = start, _Contact(displacement, position)
     for _ in range(STICK_REGION.rounds):
         shift, rate = contact.rigid(weight)
@@ -168,29 +158,6 @@ def stick_region(
         contact.motion(0, rate),
         contact.motion(*contact.rigid(np.ones(len(position)))),
         lag,
-        weight,
-    )
-
-
-def fit_options(
-    noise_mm: float, lag_tolerance: float = STICK_REGION.lag_tolerance
-) -> tuple[float, float, int, float]:
-    """Return the options of the compiled loop."""
-    return noise_mm, lag_tolerance, STICK_REGION.rounds, STICK_REGION.max_sine
-
-
-def fitted_region(
-    lag_mm: NDArray[Any], weight: NDArray[Any], rigid: tuple[float, ...]
-) -> StickRegion:
-    """Return the result of the compiled loop: lags and weights (n,), and the rigid motion."""
-    shift_x, shift_y, sine, motion_mm, rotation_mm, sheared_mm = rigid
-    return StickRegion(
-        complex(shift_x, shift_y),
-        math.asin(sine),
-        motion_mm,
-        rotation_mm,
-        sheared_mm,
-        lag_mm,
         weight,
     )
 

@@ -8,13 +8,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.places import struck
 from tactile_core.algorithms.arrays.quantile import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
-from tactile_core.algorithms.slip.plane import blocks, sampled
+from tactile_core.algorithms.slip.plane import sampled
 
 
 class RingParameters(NamedTuple):
@@ -109,7 +108,6 @@ def steepness_of(
     stride: int,
     *,
     spacing_mm: float,
-    compiled: bool = False,
 ) -> tuple[Float32, float]:
     """Return the steepness of a height map on the grid of slip, and its :func:`peak`.
 
@@ -119,23 +117,14 @@ def steepness_of(
         The height map, as for :func:`~tactile_core.algorithms.slip.plane.sampled`.
     spacing_mm : float
         Distance between neighbouring grid points.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
 
     Returns
     -------
     steep : (h, w) float32
     steepest : float
     """
-    loops = kernels.chosen(compiled)
-    shape = blocks(image_shape, stride)
-    if loops is None or min(shape) < 2:
-        small = sampled(cells, step_px, image_shape, stride)
-        steep = steepness(small, spacing_mm, smooth=True)
-        return steep, peak(steep)
-    steep, share = np.empty(shape, np.float32), RING.peak_quantile
-    cells = np.ascontiguousarray(cells)
-    return steep, loops.steepness_of(cells, step_px, stride, spacing_mm, share, steep)
+    steep = steepness(sampled(cells, step_px, image_shape, stride), spacing_mm, smooth=True)
+    return steep, peak(steep)
 
 
 def peak(steep: Float32) -> float:

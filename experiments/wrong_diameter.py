@@ -2,7 +2,7 @@
 
 ``python experiments/wrong_diameter.py [DATA]`` calibrates with diameters that are wrong by a factor
 and prints for each whether the presses are ``refused``, the result is ``doubted``, or ``silent``;
-``few`` is a refusal or doubt that only says that most presses cannot be used. With a folder of
+``few`` is a doubt that only says that most presses of a size cannot be used. With a folder of
 recordings on their balls; always on virtual units with a ball, and with two balls of which the
 smaller is declared wrongly.
 """

@@ -80,6 +80,8 @@ def measure_pitch(pixels: Array) -> GridPitch | None:
         return None
     # twice: the first demodulates with the frequency of the peak, the second with the centre's
     waves = [_Wave.near(contrast, _Wave.near(contrast, peak).frequency) for peak in peaks]
+    if max(wave.error for wave in waves) > _UNSURE:
+        return None
     one, two = (wave.frequency for wave in waves)
     overtones = [_Wave.near(contrast, twice) for twice in (2 * one, 2 * two, one + two, one - two)]
     strength = max(wave.amplitude for wave in overtones) / min(wave.amplitude for wave in waves)
@@ -105,6 +107,8 @@ def _fundamentals(contrast: Array) -> tuple[Float64, Float64] | None:
     length = np.hypot(fx, fy)
     seen = (length > _PERIODS / min(height, width)) & (length < 1 / _SMALLEST_PX)
     power = np.where(seen, power, 0)
+    if not power.any():
+        return None
     first = np.unravel_index(int(power.argmax()), power.shape)
     one = np.array([fx[0, first[1]], fy[first[0], 0]])
     along = np.abs(fx * one[0] + fy * one[1])
@@ -138,6 +142,8 @@ class _Wave:
         wave = real + 1j * imaginary
         # each fourth of a pitch, without the border, where the smoothing reaches outside
         margin, step = int(1.5 * sigma_px) + 2, max(1, int(sigma_px / 2))
+        if 2 * margin >= min(height, width):
+            return cls(frequency, 0.0, np.inf, np.inf)
         rows = np.arange(margin, height - margin, step)[:, None]
         columns = np.arange(margin, width - margin, step)[None, :]
         weight = np.abs(wave[rows, columns]).ravel()

@@ -91,14 +91,18 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
 
 
 def _unused(balls: Sequence[FoundPress]) -> str:
-    used = sum(ball.used for ball in balls)
-    if not balls or used >= PLAUSIBILITY.fewest_used * len(balls):
-        return ""
-    ((reason, _),) = Counter(ball.why for ball in balls if not ball.used).most_common(1)
-    return (
-        f"only {used} of {len(balls)} presses can be used ({reason}): check the ball's diameter, "
-        f"'image.mm_per_px' and the reference"
-    )
+    """Count the usable presses of each size: those of a wrong size may be the ones left out."""
+    for size_mm in sorted({ball.ball_diameter_mm for ball in balls}):
+        those = [ball for ball in balls if ball.ball_diameter_mm == size_mm]
+        used = sum(ball.used for ball in those)
+        if used >= PLAUSIBILITY.fewest_used * len(those):
+            continue
+        ((reason, _),) = Counter(ball.why for ball in those if not ball.used).most_common(1)
+        return (
+            f"only {used} of {len(those)} presses of the ball of {size_mm:g} mm can be used "
+            f"({reason}): check its diameter, 'image.mm_per_px' and the reference"
+        )
+    return ""
 
 
 def _wide(balls: Sequence[FoundPress]) -> str:

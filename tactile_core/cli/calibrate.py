@@ -12,7 +12,7 @@ from tactile_core.cli.output import ask, print_data, print_json, print_message
 
 _QUESTION = (
     "How were the ball's diameter and the scale measured, e.g. 'calliper, 0.02 mm' (nothing if "
-    "unknown)? No recording shows an error in them."
+    "unknown)? Most errors in them show nowhere else."
 )
 
 

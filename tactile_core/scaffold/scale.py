@@ -25,7 +25,7 @@ from tactile_core.scaffold.markers import FoundMarkers
 from tactile_core.scaffold.scale_method import ScaleMethod
 
 _TOLERANCE = 0.03  # share by which two scales may differ: the accuracy of printed markers (ADR 17)
-_FEWEST = 0.01  # share; smaller differences of x and y are those of a real camera's lens
+_LEAST_UNEQUAL = 0.01  # share; smaller differences of x and y are those of a real camera's lens
 _TILTED = 0.05  # share; a scale that changes more from the centre to a corner is reported
 _PAIR_PX = 1.5  # px; error of the distance of two imprints, which differ in light and depth
 
@@ -85,17 +85,13 @@ class Scale:
             f"{what} {pitch_mm:g} mm apart: {x_mm:.4g} along x and {y_mm:.4g} along y, "
             f"± {mean_mm * found.error:.1g}"
         )
-        if abs(x_mm / y_mm - 1) > max(_FEWEST, 3 * found.error):
+        unequal = abs(x_mm / y_mm - 1)
+        if unequal > max(_LEAST_UNEQUAL, 3 * found.error) or found.variation > _TILTED:
             source += (
-                f". Their mean is used although they differ by {abs(x_mm / y_mm - 1):.1%}: the "
-                f"pixels are not square or the camera is tilted. A 'height_px' "
-                f"{y_mm / x_mm:.3g} times as large makes them equal, a rectangle "
-                f"(--scale rectangle:24x32@…) rectifies the image"
-            )
-        elif found.variation > _TILTED:
-            source += (
-                f". At a corner it differs by {found.variation:.0%}: the camera is tilted. A "
-                f"rectangle (--scale rectangle:24x32@…) rectifies the image"
+                f". Their mean is used although they differ by {unequal:.1%}, and by "
+                f"{found.variation:.0%} at a corner: the camera is tilted (--scale "
+                f"rectangle:24x32@… rectifies the image), or the pixels are not square (a "
+                f"'height_px' {y_mm / x_mm:.3g} times as large makes them so)"
             )
         return cls(mean_mm, source, measured=True)
 
@@ -138,7 +134,7 @@ def measure_scale(
     size_mm = method.size_mm[0]
     if method.kind == "given":
         return Scale(size_mm, "--scale")
-    if method.is_rectangle:
+    if method.kind == "rectangle":
         source = "a rectangle of {:g} × {:g} mm".format(*method.size_mm)
         return Scale(size_mm / section.width_px, source)
     if method.kind in ("grid", "markers"):

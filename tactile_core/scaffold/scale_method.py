@@ -14,12 +14,10 @@ from tactile_core.formats.printable import shown
 
 Point = tuple[float, float]
 
-FORMS = (
+_FORMS = (
     "give mm per pixel (0.065), calliper:10, balls:6, grid:2, markers:1.5, "
     "rectangle:24x32@x,y,x,y,x,y,x,y or the YAML of a ball grid"
 )
-"""What ``--scale`` takes, for messages."""
-
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _POINTS = {"calliper": 2, "balls": 2, "rectangle": 4}
 """Methods whose positions can be given, and how many positions that takes."""
@@ -47,11 +45,6 @@ class ScaleMethod:
     target: Path | None = None
 
     @property
-    def is_rectangle(self) -> bool:
-        """Whether it is a rectangle."""
-        return self.kind == "rectangle"
-
-    @property
     def needs_image(self) -> bool:
         """Whether an image of its own has to show it."""
         return self.kind == "grid" or (self.kind in ("calliper", "balls") and not self.points_px)
@@ -66,26 +59,21 @@ class ScaleMethod:
             The text has another form.
         """
         if re.fullmatch(_NUMBER, text.strip()):
-            return cls("given", (_positive(text, text),))
+            return cls("given", (_number(text, text, least=0.0),))
         if text.lower().endswith((".yaml", ".yml")):
             return cls("target", target=Path(text))
         kind, _, rest = text.partition(":")
         size, at, points = rest.partition("@")
         sides = size.replace("×", "x").split("x")
         if kind not in (*_POINTS, "grid", "markers") or len(sides) != 1 + (kind == "rectangle"):
-            raise InputError(f"--scale {shown(text)}: {FORMS}")
+            raise InputError(f"--scale {shown(text)}: {_FORMS}")
         xy = [_number(part, text) for part in re.split(r"[\s,;]+", points.strip())] if at else []
         needed = 2 * _POINTS.get(kind, 0)
         if len(xy) != needed and (xy or kind == "rectangle"):
-            raise InputError(
-                f"--scale {shown(text)}: "
-                + (
-                    f"give {needed} numbers after '@', x,y of both ends or of four corners"
-                    if needed
-                    else "it is found in the image; leave '@' and what follows out"
-                )
-            )
-        size_mm = tuple(_positive(side, text) for side in sides)
+            wanted = f"give {needed} numbers after '@', x,y of both ends or of four corners"
+            found = "it is found in the image; leave '@' and what follows out"
+            raise InputError(f"--scale {shown(text)}: {wanted if needed else found}")
+        size_mm = tuple(_number(side, text, least=0.0) for side in sides)
         made = cls(kind, size_mm, tuple(zip(xy[::2], xy[1::2], strict=True)))
         made._check_points()
         return made
@@ -117,14 +105,9 @@ class ScaleMethod:
                 )
 
 
-def _number(part: str, text: str) -> float:
+def _number(part: str, text: str, least: float = -np.inf) -> float:
     if not re.fullmatch(_NUMBER, part.strip()):
-        raise InputError(f"--scale {shown(text)}: {shown(part)} is no number; {FORMS}")
+        raise InputError(f"--scale {shown(text)}: {shown(part)} is no number; {_FORMS}")
+    if not least < float(part) < np.inf:
+        raise InputError(f"--scale {shown(text)}: a length must be positive and finite")
     return float(part)
-
-
-def _positive(part: str, text: str) -> float:
-    value = _number(part, text)
-    if not value > 0:
-        raise InputError(f"--scale {shown(text)}: a length must be positive")
-    return value

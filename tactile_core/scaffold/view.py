@@ -79,7 +79,7 @@ def find_view(
         The image is in colour and the parent needs grey images, or vice versa.
     """
     depth = _depth(pixels, parent, name)
-    if scale is not None and scale.is_rectangle:
+    if scale is not None and scale.kind == "rectangle":
         return [_rectified(parent, crop, scale), *depth]
     return [*_upright(pixels, parent, name, crop), *depth]
 

@@ -37,9 +37,16 @@ def test_perspective_is_reported() -> None:
     assert flat.variation < 0.02 < 0.08 < tilted.variation
 
 
-def test_an_even_image_and_stripes_have_no_square_pattern() -> None:
+@pytest.mark.parametrize("size", [(1, 1), (8, 8), (12, 300), (120, 160)])
+def test_an_image_of_one_colour_has_no_pattern(size: tuple[int, int]) -> None:
+    assert measure_pitch(np.zeros(size, np.uint8)) is None
+    assert measure_pitch(np.full((*size, 3), 200, np.uint8)) is None
+
+
+def test_an_uneven_image_and_stripes_have_no_square_pattern() -> None:
     noise = np.random.default_rng(0).normal(120, 5, (120, 160))
     assert measure_pitch(noise) is None
+    assert measure_pitch(noise[:12]) is None
     assert measure_pitch(noise + 60 * np.sin(np.arange(160) / 2)) is None
 
 

@@ -22,8 +22,7 @@ def test_a_length_has_two_ends() -> None:
 
 def test_a_rectangle_has_four_corners() -> None:
     method = ScaleMethod.parse("rectangle:24x32@33,58,208,61,185,244,56,250")
-    assert method.is_rectangle
-    assert method.size_mm == (24.0, 32.0)
+    assert (method.kind, method.size_mm) == ("rectangle", (24.0, 32.0))
 
 
 @pytest.mark.parametrize("text", ["grid:2", "balls:6", "calliper:10"])
@@ -43,6 +42,7 @@ def test_a_file_is_a_grid_of_balls() -> None:
         "0",
         "-1",
         "nan",
+        "9" * 400,
         "grid",
         "grid:",
         "grid:two",

@@ -57,6 +57,8 @@ class Manifest(BaseModel):
         ``plugin.name`` of each artefact's class, by the artefact's name. The name is also that of
         the artefact's folder. The light model has the name :data:`LIGHT`; a bundle without it
         holds models of steps.
+    measured_with : str
+        How the ball's diameter and the scale were measured, in the user's words; empty if unknown.
     light_range : LightRange or None
         What is normal for the light of this unit; None if it was not observed.
     doubts : tuple of str
@@ -84,6 +86,7 @@ class Manifest(BaseModel):
     exposure: dict[str, Any] | None = None
     created: Text = ""
     ball_diameters_mm: tuple[Positive, ...] = ()
+    measured_with: Text = ""
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
     light_range: LightRange | None = None

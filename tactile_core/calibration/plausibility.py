@@ -29,6 +29,10 @@ class PlausibilityParameters(NamedTuple):
         Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on recordings
         of four real sensors. With diameters a fifth to a half too small the widest was 0.97 when
         the border was that of a shape (ADR 45).
+    fewest_wide : float, ratio
+        A smaller share of such presses is that of circles that are wrong.
+        Source: of 24 presses of a real sensor one had such a circle; with diameters a fifth to
+        a half too small, a tenth and more of the presses.
     fewest_used : float, ratio
         A smaller share of usable presses is reported.
         Source: chosen by hand; the majority should be presses of the given ball.
@@ -39,6 +43,7 @@ class PlausibilityParameters(NamedTuple):
     """
 
     widest_contact: float = 0.95
+    fewest_wide: float = 0.05
     fewest_used: float = 0.5
     pitch_tolerance: float = 0.1
 
@@ -86,20 +91,25 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
 
 
 def _unused(balls: Sequence[FoundPress]) -> str:
-    used = sum(ball.used for ball in balls)
-    if not balls or used >= PLAUSIBILITY.fewest_used * len(balls):
-        return ""
-    ((reason, _),) = Counter(ball.why for ball in balls if not ball.used).most_common(1)
-    return (
-        f"only {used} of {len(balls)} presses can be used ({reason}): check the ball's diameter, "
-        f"'image.mm_per_px' and the reference"
-    )
+    """Count the usable presses of each size: those of a wrong size may be the ones left out."""
+    for size_mm in sorted({ball.ball_diameter_mm for ball in balls}):
+        those = [ball for ball in balls if ball.ball_diameter_mm == size_mm]
+        used = sum(ball.used for ball in those)
+        if used >= PLAUSIBILITY.fewest_used * len(those):
+            continue
+        ((reason, _),) = Counter(ball.why for ball in those if not ball.used).most_common(1)
+        return (
+            f"only {used} of {len(those)} presses of the ball of {size_mm:g} mm can be used "
+            f"({reason}): check its diameter, 'image.mm_per_px' and the reference"
+        )
+    return ""
 
 
 def _wide(balls: Sequence[FoundPress]) -> str:
     limit = PLAUSIBILITY.widest_contact
-    wide = [ball for ball in balls if ball.used and ball.radius_px > limit * ball.ball_radius_px]
-    if not wide:
+    used = [ball for ball in balls if ball.used]
+    wide = [ball for ball in used if ball.radius_px > limit * ball.ball_radius_px]
+    if len(wide) <= PLAUSIBILITY.fewest_wide * len(used):
         return ""
     return (
         f"the contact is as wide as the ball in {len(wide)} of {len(balls)} presses, e.g. in "

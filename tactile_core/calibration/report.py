@@ -80,6 +80,7 @@ def write_report(
                 ("serial", manifest.serial or "—"),
                 ("gel", manifest.gel_id or "—"),
                 ("fitted on", basis),
+                ("ball and scale measured with", manifest.measured_with or "unknown"),
                 ("used", f"{len(good)} of {len(presses)}"),
                 *((f"coverage: {k}", v) for k, v in coverage.items()),
                 *(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,11 @@ class Calibrated:
     notes: tuple[str, ...] = ()
     basis: str = ""
     inputs: Inputs = field(default_factory=Inputs)
+
+    def measured_with(self, words: str) -> Calibrated:
+        """Return it with how the ball's diameter and the scale were measured, for the bundle."""
+        manifest = self.bundle.manifest.model_copy(update={"measured_with": words.strip()})
+        return replace(self, bundle=replace(self.bundle, manifest=manifest))
 
     def save(self, directory: Path) -> None:
         """Write the bundle and its report, completely or not at all.

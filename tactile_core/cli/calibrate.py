@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import print_data, print_json, print_message
+from tactile_core.cli.output import ask, print_data, print_json, print_message
+
+_QUESTION = (
+    "How were the ball's diameter and the scale measured, e.g. 'calliper, 0.02 mm' (nothing if "
+    "unknown)? Most errors in them show nowhere else."
+)
 
 
 def calibrate(
@@ -41,6 +47,10 @@ def calibrate(
     ] = None,
     rows: Annotated[
         str | None, typer.Option(help="A:B, the rows of the .tmd target to use.")
+    ] = None,
+    measured_with: Annotated[
+        str | None,
+        typer.Option(help="How ball and scale were measured, e.g. 'calliper, 0.02 mm'."),
     ] = None,
     model: Annotated[
         str | None,
@@ -85,6 +95,9 @@ def calibrate(
     folder = out if out is not None else default_place(loaded, serial or None, gel or None)
     inputs_of(profile, input if live else presses, reference, labels, target).refuse_whole(folder)
     check_place(folder)
+    if measured_with is None:
+        asked = sys.stdin.isatty() and not as_json and (live or presses is not None)
+        measured_with = ask(_QUESTION) if asked else ""
     if live:
         if presses is not None or labels is not None or target is not None or rows is not None:
             raise InputError(
@@ -105,6 +118,7 @@ def calibrate(
                 model=model,
                 serial=serial,
                 gel=gel,
+                measured_with=measured_with,
                 input=input,
                 script=script,
                 sim=sim,
@@ -131,6 +145,7 @@ def calibrate(
             progress=progress,
             workers=cores(),
         )
+    result = result.measured_with(measured_with)
     result.save(folder)
     for note in result.notes:
         print_message(f"note: {note}")

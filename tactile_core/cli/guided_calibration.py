@@ -33,7 +33,7 @@ class LiveOptions:
     record : Path or None
         The recording of the session; by default beside the bundle.
     model : str or None
-    serial, gel : str
+    serial, gel, measured_with : str
     input, script : Path or None
     sim : bool
     timeout_s, reconnect_s : float
@@ -48,6 +48,7 @@ class LiveOptions:
     model: str | None = None
     serial: str = ""
     gel: str = ""
+    measured_with: str = ""
     input: Path | None = None
     script: Path | None = None
     sim: bool = False
@@ -84,7 +85,8 @@ def calibrate_live(options: LiveOptions) -> None:
         ):
             _lead(sensor, guided, as_json=options.as_json)
             print_message(f"{len(guided.presses)} presses are kept; fitting and scoring.")
-            result = guided.finish(options.out)
+            result = guided.finish().measured_with(options.measured_with)
+            result.save(options.out)
         if recording.failure is not None:
             print_message(f"note: {recording.failure}")
         _report(result, options, path)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.output import print_data, print_message
+from tactile_core.cli.output import ask, print_data, print_message
 
 
 def new(
@@ -20,21 +20,16 @@ def new(
         Path,
         typer.Option(help="The sensor with no contact: an image, a folder, a video or a scan."),
     ],
-    mm_per_px: Annotated[
-        float | None, typer.Option(help="Scale of the resulting image in mm per px, if known.")
-    ] = None,
-    known_mm: Annotated[
-        str | None, typer.Option(help="Known size on the gel in mm: 10, or 24x32 for a rectangle.")
-    ] = None,
-    known_px: Annotated[
+    scale: Annotated[
         str | None,
-        typer.Option(help="Its position in the camera image: x,y of both ends or four corners."),
+        typer.Option(
+            help="The scale: mm per px, or what measures it: grid:2, calliper:10, balls:6, "
+            "markers:1.5, rectangle:24x32@x,y,… or the YAML of a ball grid; sizes in mm."
+        ),
     ] = None,
-    marker_pitch_mm: Annotated[
-        float | None, typer.Option(help="Distance between neighbouring markers, in mm.")
-    ] = None,
-    target: Annotated[
-        Path | None, typer.Option(help="YAML of a ball grid; its pitch gives the scale.")
+    scale_image: Annotated[
+        Path | None,
+        typer.Option(help="The grid in front of the camera, or both balls or tips on the gel."),
     ] = None,
     presses: Annotated[
         Path | None, typer.Option(help="Presses of a ball, to estimate the light directions.")
@@ -56,7 +51,7 @@ def new(
 ) -> None:
     """Write a commented minimal profile for your own sensor."""
     from tactile_core.cli.progress import Bar
-    from tactile_core.scaffold import KnownSize, new_package, new_profile
+    from tactile_core.scaffold import new_package, new_profile
     from tactile_core.scaffold.package import profile_path
     from tactile_core.scaffold.place import refuse_existing
 
@@ -69,13 +64,11 @@ def new(
             parent,
             image,
             out=profile_path(place, name) if plugin else place,
-            mm_per_px=mm_per_px,
-            known=KnownSize.parse(known_mm, known_px),
-            marker_pitch_mm=marker_pitch_mm,
-            target=target,
+            scale=scale,
+            scale_image=scale_image,
             presses=presses,
             ball_diameter_mm=ball_diameter_mm,
-            ask=_ask if sys.stdin.isatty() else None,
+            ask=ask if sys.stdin.isatty() else None,
             progress=progress,
         )
     made = new_package(profile) if plugin else profile
@@ -84,8 +77,8 @@ def new(
         print_message(f"note: {note}")
     print_data(str(place))
     ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
-    if target is not None:
-        ball = f"--target {target}"
+    if scale is not None and scale.lower().endswith((".yaml", ".yml")):
+        ball = f"--target {scale}"
     if plugin:
         steps = [f"pip install -e {place}", f"pytest {place}", f"tactile validate {name}"]
     else:
@@ -97,9 +90,3 @@ def new(
         ]
     for step in steps:
         print_message(f"next: {step}")
-
-
-def _ask(question: str) -> str:
-    # typer.prompt would write part of the question to stdout
-    print_message(question, end=" ")
-    return sys.stdin.readline()

@@ -72,6 +72,12 @@ def print_message(words: str, *, end: str = "\n") -> None:
         print(printable_lines(words), end=end, file=sys.stderr, flush=True)
 
 
+def ask(question: str) -> str:
+    """Ask on stderr, for stdout is for data, and return the line that the user types."""
+    print_message(question, end=" ")
+    return sys.stdin.readline().strip()
+
+
 class Warnings:
     """Prints the warnings of readings, each once: one whose numbers change is the same.
 

@@ -104,6 +104,7 @@ class Calibrate(Command):
     do: Literal["calibrate"]
     on: bool
     ball_diameter_mm: Annotated[float, Field(ge=0, le=1000)] | None = None
+    measured_with: Annotated[str, Field(max_length=200)] = ""
 
 
 class Finish(Command):

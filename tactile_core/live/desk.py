@@ -198,8 +198,9 @@ class Desk:
             case Record():
                 return self._record(on=command.on)
             case Calibrate():
-                guiding, ball_mm = self.guiding, command.ball_diameter_mm
-                return guiding.begin(ball_mm) if command.on else guiding.end()
+                if not command.on:
+                    return self.guiding.end()
+                return self.guiding.begin(command.ball_diameter_mm, command.measured_with)
         raise InputError("this command has nothing to do")
 
     def _hand(self) -> Hand:

@@ -38,7 +38,7 @@ class Guiding:
         self._recording: RunningRecording | None = None
         self._guided: GuidedCalibration | None = None
         self._beginning = self._fitting = False
-        self.report, self.problem = b"", ""
+        self.report, self.problem, self._measured_with = b"", "", ""
 
     @property
     def state(self) -> str:
@@ -47,8 +47,10 @@ class Guiding:
             return "beginning" if self._beginning else "fitting"
         return "" if self._guided is None else "pressing"
 
-    def begin(self, ball_diameter_mm: float | None) -> str:
+    def begin(self, ball_diameter_mm: float | None, measured_with: str = "") -> str:
         """Take a reference, and begin to look at every frame.
+
+        ``measured_with`` says how the ball and the scale were measured, for the bundle.
 
         Raises
         ------
@@ -82,7 +84,7 @@ class Guiding:
             raise
         finally:
             self._beginning = False
-        self.problem, live.guide = "", self._fed
+        self.problem, self._measured_with, live.guide = "", measured_with, self._fed
         return f"Reference taken. {said}"
 
     def finish(self) -> str:
@@ -99,7 +101,8 @@ class Guiding:
         folder = new_path(self._live.out, self._live.sensor.name, "_bundle")
         self._fitting = True
         try:
-            result = guided.finish(folder)
+            result = guided.finish().measured_with(self._measured_with)
+            result.save(folder)
             self._live.do(lambda: self._live.sensor.use_bundle(result.bundle)).result()
         finally:
             self._fitting = False

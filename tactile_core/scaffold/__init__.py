@@ -7,8 +7,7 @@ puts such a profile into an installable plugin with an estimator and its conform
 """
 
 from tactile_core.scaffold.discovery import Ask, new_profile
-from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.package import NewPackage, new_package
 from tactile_core.scaffold.profile import NewProfile
 
-__all__ = ["Ask", "KnownSize", "NewPackage", "NewProfile", "new_package", "new_profile"]
+__all__ = ["Ask", "NewPackage", "NewProfile", "new_package", "new_profile"]

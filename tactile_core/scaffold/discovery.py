@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +28,11 @@ from tactile_core.quantities import Pixels
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.lights import find_lights, unmeasured_lights
 from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
-from tactile_core.scaffold.scale import Scale, agreed, scale_finding
+from tactile_core.scaffold.scale import Scale, agreed, measure_scale, scale_finding
+from tactile_core.scaffold.scale_method import ScaleMethod
 from tactile_core.scaffold.view import find_view, section_of
 
 Ask = Callable[[str], str]
@@ -63,10 +63,8 @@ def new_profile(
     image: Path,
     *,
     out: Path | None = None,
-    mm_per_px: float | None = None,
-    known: KnownSize | None = None,
-    marker_pitch_mm: float | None = None,
-    target: Path | None = None,
+    scale: str | None = None,
+    scale_image: Path | None = None,
     presses: Path | None = None,
     ball_diameter_mm: float | None = None,
     ask: Ask | None = None,
@@ -84,14 +82,13 @@ def new_profile(
         A recording of the undeformed sensor; the first observation is used.
     out : Path, optional
         Destination of the profile; the path of a parent is written relative to it.
-    mm_per_px : float, optional
-        Scale of the resulting image.
-    known : KnownSize, optional
-        A known length on the gel, or a rectangle that also rectifies the perspective.
-    marker_pitch_mm : float, optional
-        Typical distance of a printed marker to its nearest neighbour.
-    target : Path, optional
-        A grid of balls with circles in the camera's pixels.
+    scale : str, optional
+        How the scale of the resulting image is measured, as ``--scale`` takes it:
+        mm per pixel; ``grid:2``, ``calliper:10`` or ``balls:6`` in ``scale_image``; ``markers:1.5``
+        in ``image``; ``calliper:10@x,y,x,y`` or ``rectangle:24x32@…`` with positions in the
+        camera's image; or the YAML of a ball grid. A rectangle also rectifies the perspective.
+    scale_image : Path, optional
+        A recording of the same camera that shows the grid, or both imprints.
     presses : Path, optional
         A recording of a ball at different positions, or of the target, from which the direction of
         each light is estimated.
@@ -112,6 +109,12 @@ def new_profile(
         are only noted.
     """
     check_name(name)
+    method = None if scale is None else ScaleMethod.parse(scale)
+    if scale_image is None and method is not None and method.needs_image:
+        raise InputError(f"--scale {scale} needs --scale-image, a picture that shows it")
+    if scale_image is not None and (method is None or not method.needs_image):
+        raise InputError("--scale-image is for --scale grid:2, calliper:10 or balls:6 alone")
+    target = None if method is None else method.target
     if (
         presses is not None
         and ball_diameter_mm is None
@@ -120,31 +123,39 @@ def new_profile(
     ):
         raise InputError(
             "the diameter of the ball in --presses is missing; give --ball-diameter-mm "
-            "(or --target)"
+            "(or --scale with the YAML of a ball grid)"
         )
     if presses is None and ball_diameter_mm is not None:
         raise InputError("--ball-diameter-mm is that of the ball in --presses; give both")
     base = load_profile(parent)
     picture = _Picture.first_of(image, base)
-    if known is not None:
-        known.check_within(picture.size_px)
-    found = find_view(picture.pixels, base, picture.name, picture.crop, known)
+    camera = picture.size_px
+    if method is not None and method.points_px:
+        method.check_within(camera)
+    shows = picture if scale_image is None else _Picture.first_of(scale_image, base)
+    if shows.size_px != camera:
+        raise InputError(
+            f"--scale-image has {shows.size_px[0]} × {shows.size_px[1]} px and --image "
+            f"{camera[0]} × {camera[1]}; record both alike"
+        )
+    found = find_view(picture.pixels, base, picture.name, picture.crop, method)
     section = section_of(base, found)
     geometry = ImageGeometry(section)
-    seen = [geometry.apply(exposure) for exposure in picture.exposures]
-    markers = find_markers(seen, picture.name, marker_pitch_mm)
-    camera = picture.size_px
-    scales = [] if mm_per_px is None else [Scale.given(mm_per_px)]
-    if known is not None:
-        scales.append(Scale.of_known_size(known, section, camera))
-    if target is not None:
-        scales.append(Scale.of_target(target, section, camera))
-    if markers is not None and marker_pitch_mm is not None:
-        scales.append(Scale.of_markers(markers, marker_pitch_mm))
+    rest = [geometry.apply(exposure) for exposure in picture.exposures]
+    seen = [geometry.apply(exposure) for exposure in shows.exposures]
+    markers = find_markers(rest)
+    if method is None and picture.mm_per_px is None and ask is not None:
+        method = _asked(ask, markers)
+    scales = []
+    if method is not None:
+        scales.append(
+            measure_scale(method, section, camera, _together(seen), _together(rest), markers)
+        )
+        if method.kind == "markers" and markers is not None:
+            markers = replace(markers, pitch_px=method.size_mm[0] / scales[0].mm_per_px)
     if picture.mm_per_px is not None:
         scales.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
-    scale = agreed(scales) or (_asked(ask, markers) if ask is not None else None)
-    found.append(scale_finding(scale, base, section.width_px))
+    found.append(scale_finding(agreed(scales), base, section.width_px))
     printed = markers_finding(markers, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
         found.append(printed)
@@ -166,7 +177,13 @@ def new_profile(
     extends = _extends(parent, out)
     text = render_profile(name, extends, base, picture.name, found)
     notes = tuple(finding.comment for finding in found if finding.noted)
-    inputs = _inputs(parent, {"--image": image, "--target": target, "--presses": presses})
+    given = {
+        "--image": image,
+        "--presses": presses,
+        "--scale": target,
+        "--scale-image": scale_image,
+    }
+    inputs = _inputs(parent, given)
     return NewProfile(
         name, text, (*notes, unseen_note(base)), extends, _own_files(parent, extends), inputs
     )
@@ -233,21 +250,19 @@ class _Picture:
         return self.exposures[0].shape[1], self.exposures[0].shape[0]
 
 
-def _asked(ask: Ask, markers: FoundMarkers | None) -> Scale | None:
+def _together(exposures: list[Pixels]) -> Pixels:
+    return np.concatenate([np.atleast_3d(exposure) for exposure in exposures], axis=2)
+
+
+def _asked(ask: Ask, markers: FoundMarkers | None) -> ScaleMethod | None:
     """Ask for the marker pitch if there are markers, else for the scale."""
     question = "How many mm on the gel is one pixel wide"
     if markers is not None:
         question = f"Markers are {markers.pitch_px:.1f} px apart: how many mm is that"
-    answer = ask(f"{question} (nothing if unknown)?").strip()
+    answer = ask(f"{question} (nothing if unknown)?").strip().replace(",", ".")
     if not answer:
         return None
-    try:
-        value = float(answer.replace(",", "."))
-    except ValueError:
-        raise InputError(f"{answer!r} is no number of mm") from None
-    if not 0 < value < np.inf:
-        raise InputError(f"{answer!r}: a length must be positive")
-    return Scale.given(value) if markers is None else Scale.of_markers(markers, value)
+    return ScaleMethod.parse(answer if markers is None else f"markers:{answer}")
 
 
 def _overlaid(parent: str | Path, findings: list[Finding]) -> Profile:

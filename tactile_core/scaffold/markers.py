@@ -10,7 +10,6 @@ import numpy as np
 from tactile_core.algorithms.markers import detectable_diameter, expected_count
 from tactile_core.algorithms.markers.count import COUNT
 from tactile_core.conditioning.marker_mask import ONLY_DARK
-from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
@@ -31,41 +30,23 @@ class FoundMarkers:
         return self.count >= COUNT.least_share * self.expected
 
 
-def find_markers(
-    exposures: Sequence[Pixels], name: str, pitch_mm: float | None
-) -> FoundMarkers | None:
+def find_markers(exposures: Sequence[Pixels]) -> FoundMarkers | None:
     """Detect whether the gel has printed markers, and their size.
 
     Parameters
     ----------
     exposures : sequence of (H, W) or (H, W, 3)
         Exposures of one observation in the resulting image.
-    name : str
-        The image's name, for messages.
-    pitch_mm : float or None
-        The pitch that the user has given.
 
     Returns
     -------
     FoundMarkers, or None without a lattice of markers
-
-    Raises
-    ------
-    InputError
-        A pitch is given, but it is not positive or there are no markers.
     """
-    if pitch_mm is not None and not pitch_mm > 0:
-        raise InputError(f"--marker-pitch-mm {pitch_mm:g}: the pitch must be positive")
     brightest = _brightest(exposures)
     found = detectable_diameter(brightest)
-    if found is None and pitch_mm is not None:
-        raise InputError(
-            f"--marker-pitch-mm {pitch_mm:g}: {name} shows no lattice of markers; leave it out, or "
-            f"give a sharper image of the undeformed gel ({ONLY_DARK})"
-        )
-    if found is None:
-        return None
-    return FoundMarkers(*found, expected_count(brightest.shape, found[1]))
+    return (
+        None if found is None else FoundMarkers(*found, expected_count(brightest.shape, found[1]))
+    )
 
 
 def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Millimetres per pixel, from a known length, a grid of balls, printed markers or a scan.
+"""Millimetres per pixel, measured as ``--scale`` says, or from a scan.
 
 A pressed ball does not determine the scale: the width of the contact depends on the indentation,
 and the relation of shading and slope is what a calibration learns with the help of the scale.
@@ -8,36 +8,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry, Size
+from tactile_core.algorithms.grid_pitch import measure_pitch
+from tactile_core.algorithms.imprint_pair import imprint_distance
+from tactile_core.conditioning.marker_mask import ONLY_DARK
 from tactile_core.errors import InputError
 from tactile_core.formats.target import read_target
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.known_size import KnownSize
 from tactile_core.scaffold.markers import FoundMarkers
+from tactile_core.scaffold.scale_method import ScaleMethod
 
-
-class ScaleParameters(NamedTuple):
-    """Parameters of the comparison of scales. Nothing sets them from outside: it catches mistakes.
-
-    Attributes
-    ----------
-    tolerance : float, ratio
-        Scales from different sources may differ by this share.
-        Source: chosen by hand as the accuracy of printed markers
-        (ADR 17).
-    """
-
-    tolerance: float = 0.03
-
-
-SCALE = ScaleParameters()
-"""The values in use."""
+_TOLERANCE = 0.03  # share by which two scales may differ: the accuracy of printed markers (ADR 17)
+_LEAST_UNEQUAL = 0.01  # share; smaller differences of x and y are those of a real camera's lens
+_TILTED = 0.05  # share; a scale that changes more from the centre to a corner is reported
+_PAIR_PX = 1.5  # px; error of the distance of two imprints, which differ in light and depth
 
 
 @dataclass(frozen=True)
@@ -47,38 +37,16 @@ class Scale:
     Attributes
     ----------
     mm_per_px : float
+        The mean of both axes.
     source : str
         Origin of the scale, for messages.
+    measured : bool
+        Whether it was measured in an image; it is then reported with its uncertainty.
     """
 
     mm_per_px: float
     source: str
-
-    @classmethod
-    def given(cls, mm_per_px: float) -> Scale:
-        """Return the scale that the user gives for the resulting image.
-
-        Raises
-        ------
-        InputError
-            It is not positive.
-        """
-        if not 0 < mm_per_px < np.inf:
-            raise InputError(f"--mm-per-px {mm_per_px:g}: the scale must be positive")
-        return cls(mm_per_px, "--mm-per-px")
-
-    @classmethod
-    def of_known_size(cls, known: KnownSize, section: ImageSection, camera: Size) -> Scale:
-        """Measure a length or a rectangle with known points in the camera's image."""
-        if known.is_rectangle:
-            width_mm, height_mm = known.size_mm
-            return cls(
-                width_mm / section.width_px, f"a rectangle of {width_mm:g} × {height_mm:g} mm"
-            )
-        ends = ImageGeometry(section).map_points(known.points_px, camera)
-        length_px = float(np.hypot(*(ends[1] - ends[0])))
-        (length_mm,) = known.size_mm
-        return cls(length_mm / length_px, f"a length of {length_mm:g} mm = {length_px:.1f} px")
+    measured: bool = False
 
     @classmethod
     def of_target(cls, path: Path, section: ImageSection, camera: Size) -> Scale:
@@ -106,10 +74,26 @@ class Scale:
         return cls(_resulting(camera_mm, section, camera), source)
 
     @classmethod
-    def of_markers(cls, markers: FoundMarkers, pitch_mm: float) -> Scale:
-        """Measure the pitch of the printed markers."""
-        source = f"a marker pitch of {pitch_mm:g} mm = {markers.pitch_px:.1f} px"
-        return cls(pitch_mm / markers.pitch_px, source)
+    def of_pitch(cls, seen: Pixels, what: str, pitch_mm: float) -> Scale | None:
+        """Measure a square pattern along x and along y; None without one."""
+        found = measure_pitch(seen)
+        if found is None:
+            return None
+        x_mm, y_mm = pitch_mm / found.x_px, pitch_mm / found.y_px
+        mean_mm = (x_mm + y_mm) / 2
+        source = (
+            f"{what} {pitch_mm:g} mm apart: {x_mm:.4g} along x and {y_mm:.4g} along y, "
+            f"± {mean_mm * found.error:.1g}"
+        )
+        unequal = abs(x_mm / y_mm - 1)
+        if unequal > max(_LEAST_UNEQUAL, 3 * found.error) or found.variation > _TILTED:
+            source += (
+                f". Their mean is used although they differ by {unequal:.1%}, and by "
+                f"{found.variation:.0%} at a corner: the camera is tilted (--scale "
+                f"rectangle:24x32@… rectifies the image), or the pixels are not square (a "
+                f"'height_px' {y_mm / x_mm:.3g} times as large makes them so)"
+            )
+        return cls(mean_mm, source, measured=True)
 
     @classmethod
     def of_scan(
@@ -117,6 +101,76 @@ class Scale:
     ) -> Scale:
         """Return the scale of a scan, converted from the camera's pixels."""
         return cls(_resulting(camera_mm_per_px, section, camera), f"mmperpixel of {name}")
+
+
+def measure_scale(
+    method: ScaleMethod,
+    section: ImageSection,
+    camera: Size,
+    seen: Pixels,
+    rest: Pixels,
+    markers: FoundMarkers | None,
+) -> Scale:
+    """Measure the scale as the user said.
+
+    Parameters
+    ----------
+    method : ScaleMethod
+    section : ImageSection
+    camera : (width, height)
+        Size of the camera's images.
+    seen, rest : (H, W, K)
+        All exposures of what has a known size, and of the undeformed gel, in the resulting image.
+    markers : FoundMarkers or None
+        The markers of the undeformed gel.
+
+    Raises
+    ------
+    InputError
+        The image does not show it.
+    """
+    if method.target is not None:
+        return Scale.of_target(method.target, section, camera)
+    size_mm = method.size_mm[0]
+    if method.kind == "given":
+        return Scale(size_mm, "--scale")
+    if method.kind == "rectangle":
+        source = "a rectangle of {:g} × {:g} mm".format(*method.size_mm)
+        return Scale(size_mm / section.width_px, source)
+    if method.kind in ("grid", "markers"):
+        what = "a grid of lines, checks or dots" if method.kind == "grid" else "markers"
+        scale = Scale.of_pitch(seen, what, size_mm)
+        if scale is None and method.kind == "markers" and markers is not None:
+            source = f"markers {size_mm:g} mm = {markers.pitch_px:.1f} px from the nearest other"
+            return Scale(size_mm / markers.pitch_px, source, measured=True)
+        if scale is None:
+            what = what.removeprefix("a ")
+            remedy = "an even, sharp image in which it repeats six times or more in each direction"
+            if method.kind == "markers":
+                remedy = f"a sharper image of the undeformed gel ({ONLY_DARK}), or another --scale"
+            raise InputError(f"--scale {method.kind}: the image shows no {what}; give {remedy}")
+        return scale
+    if method.points_px:
+        ends = ImageGeometry(section).map_points(method.points_px, camera)
+        dx, dy = ends[1] - ends[0]
+    else:
+        apart = imprint_distance(seen, rest)
+        if apart is None:
+            raise InputError(
+                f"--scale {method.kind}: --scale-image shows no two equal imprints; press both "
+                f"equally deep, or give their positions: --scale {method.kind}:{size_mm:g}@x,y,x,y"
+            )
+        dx, dy = apart
+    length_px = float(np.hypot(dx, dy))
+    both = "two balls" if method.kind == "balls" else "both tips of a calliper"
+    source = f"{both}, {size_mm:g} mm = {length_px:.1f} px apart"
+    if not method.points_px:
+        error_mm = size_mm / length_px * _PAIR_PX / length_px
+        source += (
+            f" at {np.degrees(np.arctan2(dy, dx)):.0f}° from x, ± {error_mm:.1g}; another image, "
+            f"turned by 90°, shows whether the pixels are square"
+        )
+    return Scale(size_mm / length_px, source, measured=not method.points_px)
 
 
 def agreed(scales: list[Scale]) -> Scale | None:
@@ -129,7 +183,7 @@ def agreed(scales: list[Scale]) -> Scale | None:
     """
     for other in scales[1:]:
         ratio = other.mm_per_px / scales[0].mm_per_px
-        if abs(ratio - 1) > SCALE.tolerance:
+        if abs(ratio - 1) > _TOLERANCE:
             raise InputError(
                 f"{scales[0].source} gives {scales[0].mm_per_px:.4g} mm per pixel and "
                 f"{other.source} {other.mm_per_px:.4g}; give only the one that is right"
@@ -141,13 +195,14 @@ def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Findin
     """Return the finding for the profile; without a scale it assumes the parent's field of view."""
     if scale is not None:
         comment = f"Millimetres per pixel on the gel, from {scale.source}."
-        return Finding("image", comment, {"mm_per_px": rounded(scale.mm_per_px)})
+        values = {"mm_per_px": rounded(scale.mm_per_px)}
+        return Finding("image", comment, values, noted=scale.measured)
     view_mm = parent.image.mm_per_px * parent.image.width_px
     guess = rounded(view_mm / width_px)
     comment = (
         f"NOT MEASURED: {guess:g} is right if the image is {view_mm:.3g} mm wide like "
-        f"{parent.name}'s. All heights and areas depend on it: measure it with an object of known "
-        f"size on the gel (--known-mm and --known-px, or --marker-pitch-mm)."
+        f"{parent.name}'s. All heights and areas depend on it: measure it by something of known "
+        f"size on the gel: --scale grid:2, calliper:10, balls:6 or markers:1.5."
     )
     return Finding("image", comment, {"mm_per_px": guess}, noted=True)
 

@@ -16,7 +16,7 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.known_size import KnownSize
+from tactile_core.scaffold.scale_method import ScaleMethod
 
 
 class ViewParameters(NamedTuple):
@@ -34,7 +34,7 @@ class ViewParameters(NamedTuple):
         Source: chosen by hand; no script derives it.
     least_side_px : int, px
         Smallest side of a rectified rectangle.
-        Source: chosen by hand; smaller ones are mistakes in ``--known-px``.
+        Source: chosen by hand; smaller ones are mistakes in ``--scale``.
     """
 
     least_taper: float = 0.88
@@ -57,7 +57,7 @@ _DEPTHS = (10, 12, 14, 16)
 
 
 def find_view(
-    pixels: Pixels, parent: Profile, name: str, crop: Crop | None, known: KnownSize | None
+    pixels: Pixels, parent: Profile, name: str, crop: Crop | None, scale: ScaleMethod | None
 ) -> list[Finding]:
     """Find size, crop, perspective and bit depth of the image.
 
@@ -70,7 +70,7 @@ def find_view(
         The image's name, for the comments.
     crop : (x, y, width, height) or None
         Crop from the recording.
-    known : KnownSize or None
+    scale : ScaleMethod or None
         A rectangle rectifies a tilted view.
 
     Raises
@@ -79,8 +79,8 @@ def find_view(
         The image is in colour and the parent needs grey images, or vice versa.
     """
     depth = _depth(pixels, parent, name)
-    if known is not None and known.is_rectangle:
-        return [_rectified(parent, crop, known), *depth]
+    if scale is not None and scale.kind == "rectangle":
+        return [_rectified(parent, crop, scale), *depth]
     return [*_upright(pixels, parent, name, crop), *depth]
 
 
@@ -120,10 +120,10 @@ def _is_grey(pixels: Pixels) -> bool:
     return bool((np.ptp(pixels, axis=2) == 0).all())
 
 
-def _rectified(parent: Profile, recorded: Crop | None, known: KnownSize) -> Finding:
+def _rectified(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod) -> Finding:
     """Return the perspective warp of a rectangle of known size."""
-    width_mm, height_mm = known.size_mm
-    xy = np.asarray(known.points_px)
+    width_mm, height_mm = rectangle.size_mm
+    xy = np.asarray(rectangle.points_px)
     crop: dict[str, Any] = _reset(parent, ("crop",))
     if recorded is not None:  # the crop is applied before the warp
         crop = {"crop": list(recorded)}
@@ -134,7 +134,7 @@ def _rectified(parent: Profile, recorded: Crop | None, known: KnownSize) -> Find
     height = round(width * height_mm / width_mm)
     if min(width, height) < VIEW.least_side_px:
         raise InputError(
-            f"the rectangle of --known-px is {width} × {height} px; give a larger one, with its "
+            f"the rectangle of --scale is {width} × {height} px; give a larger one, with its "
             f"corners in the order top left, top right, bottom right, bottom left"
         )
     values = {
@@ -169,7 +169,7 @@ def _upright(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) 
     if image.warp is not None and _contains(camera, image.warp.source):
         text = (
             f"Size, crop and warp are inherited from {parent.name}; for another camera position, "
-            f"give a rectangle on the gel (--known-mm, --known-px)."
+            f"give a rectangle on the gel (--scale rectangle:24x32@…)."
         )
         return [*findings, Finding("image", text, noted=True)]
     dropped = _reset(parent, ("warp",))
@@ -205,7 +205,7 @@ def _crop(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> 
         if tilted:
             text += (
                 " The gel is wider at one end, so the camera is tilted: give the four corners of a "
-                "rectangle of known size (--known-mm 24x32, --known-px) to rectify the image."
+                "rectangle of known size (--scale rectangle:24x32@…) to rectify the image."
             )
         return Finding("image", text, {"crop": list(lit.box)}, noted=tilted)
     if inherited is not None:

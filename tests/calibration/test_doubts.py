@@ -133,13 +133,41 @@ def test_a_ball_that_is_said_to_be_too_small_is_doubted(lab: VirtualLab) -> None
     assert any("contact is as wide as the ball" in note for note in smaller.notes)
 
 
+def test_a_single_circle_as_wide_as_the_ball_does_not_contradict_the_others() -> None:
+    pixels = np.full((120, 160, 3), 99, np.uint8)
+    frame = Frame(pixels, ("red", "green", "blue"), 0.1)
+    reference = Reference(pixels.astype(np.float32), frame.channels, 255.0, 1.0, 1)
+    gel = load_profile("hex_fingertip_unmarked").gel
+    right, wide = (
+        FoundPress("press.png", frame, Circle((80.0, 60.0), radius_px), 20.0)
+        for radius_px in (14.0, 19.6)
+    )
+    assert implausible([right] * 23 + [wide], reference, gel) == ()
+    (note,) = implausible([right] * 18 + [wide] * 2, reference, gel)
+    assert "contact is as wide as the ball in 2 of 20" in note
+
+
+def test_the_size_whose_presses_are_left_out_is_named() -> None:
+    frame = Frame(np.full((120, 160, 3), 99, np.uint8), ("red", "green", "blue"), 0.1)
+    reference = Reference(frame.pixels.astype(np.float32), frame.channels, 255.0, 1.0, 1)
+    found = FoundPress("press.png", frame, Circle((80.0, 60.0), 14.0), 20.0)
+    unlike = replace(found, circle=Circle((80.0, 60.0), 0.0, False, "not one ball"))
+    small = replace(unlike, ball_radius_px=10.0)
+    gel = load_profile("hex_fingertip_unmarked").gel
+    (note,) = implausible([found] * 10 + [small] * 10, reference, gel)
+    assert "only 0 of 10 presses of the ball of 2 mm can be used (not one ball)" in note
+
+
 def test_presses_that_are_mostly_unusable_are_reported(lab: VirtualLab, tmp_path: Path) -> None:
     folder = tmp_path / "presses"
     shutil.copytree(lab.presses, folder)
     for number in range(11):
         lab.save(folder / f"untouched_{number}.png", None, seed=100 + number)
     few = calibrated(lab, folder, scored=False)
-    assert any("only 10 of 21 presses can be used (no contact" in note for note in few.notes)
+    assert any(
+        "only 10 of 21 presses of the ball of 4 mm can be used (no contact" in note
+        for note in few.notes
+    )
 
 
 def test_a_contact_deeper_than_the_gel_is_reported(lab: VirtualLab) -> None:

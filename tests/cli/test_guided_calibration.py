@@ -9,6 +9,7 @@ from unittest.mock import patch
 import pytest
 from support.command_line import refused, tactile
 
+from tactile_core.bundles.manifest import read_manifest
 from tactile_core.calibration.guided.session import SESSION
 from tactile_core.errors import CameraLost
 from tactile_core.pipeline.sensor import Sensor
@@ -52,8 +53,9 @@ def live(small: Path, *words: object) -> tuple[object, ...]:
 
 def test_a_session_is_led_recorded_and_fitted_again_from_its_recording(small: Path) -> None:
     pytest.importorskip("mcap")
-    done = tactile(*live(small, "--json"))
+    done = tactile(*live(small, "--json", "--measured-with", "ring gauge"))
     assert done.returncode == 0, done.stderr
+    assert read_manifest(small / "bundle").measured_with == "ring gauge"
     assert "Keep your hands off the gel" in done.stderr
     *advice, result = map(json.loads, done.stdout.splitlines())
     assert advice[-1]["kept"] == len(result["presses"]) == len(PLACES)

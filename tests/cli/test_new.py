@@ -45,7 +45,7 @@ MINE = ("mine", "--from", "hex_fingertip_unmarked", "--image", "reference.png")
 
 
 def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) -> None:
-    code, out, message = new(*MINE, "--known-mm", "5", "--known-px", "20,30,52,54")
+    code, out, message = new(*MINE, "--scale", "calliper:5@20,30,52,54")
     assert (code, out) == (0, "mine.yaml\n")
     assert "tactile calibrate mine.yaml --presses FOLDER --reference reference.png" in message
     assert "NOT MEASURED" not in message
@@ -59,8 +59,17 @@ def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) 
         (("--from", "hex_fingertip", "--image", "gone.png"), "gone.png"),
         (("--from", "hex_fingertip", "--image", "note.png"), "note.png"),
         (("--from", "hex_fingertip"), "--image"),
-        ((*MINE[1:], "--known-mm", "10"), "--known-px"),
-        ((*MINE[1:], "--marker-pitch-mm", "1"), "no lattice of markers"),
+        ((*MINE[1:], "--scale", "calliper:10"), "--scale-image"),
+        ((*MINE[1:], "--scale", "0.1", "--scale-image", "reference.png"), "grid:2"),
+        ((*MINE[1:], "--scale", "markers:1"), "shows no markers"),
+        (
+            (*MINE[1:], "--scale", "grid:2", "--scale-image", "reference.png"),
+            "shows no grid of lines, checks or dots",
+        ),
+        (
+            (*MINE[1:], "--scale", "balls:6", "--scale-image", "reference.png"),
+            "no two equal imprints",
+        ),
         ((*MINE[1:], "--presses", "."), "--ball-diameter-mm"),
         ((*MINE[1:], "--ball-diameter-mm", "4"), "--presses"),
     ],

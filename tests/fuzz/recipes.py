@@ -28,12 +28,12 @@ CALIBRATE_MAP = split(
     "calibrate turn.yaml --presses scan --reference level --target map.tmd --rows 0:60 --out fresh"
 )
 SIMULATE = split("simulate small.yaml --script script.yaml --out fresh --mode fast --json")
-NEW = split("new mine --from small.yaml --image ref.png --mm-per-px 0.1 --out mine.yaml")
+NEW = split("new mine --from small.yaml --image ref.png --scale 0.1 --out mine.yaml")
 NEW_PLUGIN = split(
-    "new mine --from hex_fingertip_unmarked --image ref.png --mm-per-px 0.1 --plugin --out pack"
+    "new mine --from hex_fingertip_unmarked --image ref.png --scale 0.1 --plugin --out pack"
 )
 NEW_PRESSES = split(
-    "new mine --from small.yaml --image ref.png --mm-per-px 0.1 --presses presses "
+    "new mine --from small.yaml --image ref.png --scale 0.1 --presses presses "
     "--ball-diameter-mm 3 --out mine.yaml"
 )
 RUN_LIT = split("run lit.yaml --bundle lit_bundle --input lit/frames --reference lit.png --json")

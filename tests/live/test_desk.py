@@ -329,7 +329,7 @@ def test_a_calibration_that_is_fitted_is_not_ended(
 ) -> None:
     fits, seen = threading.Event(), threading.Event()
 
-    def slow(self: GuidedCalibration, folder: Path) -> Any:
+    def slow(self: GuidedCalibration) -> Any:
         fits.set()
         seen.wait(20)
         raise CalibrationError("no press was kept, so there is nothing to calibrate on")

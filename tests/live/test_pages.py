@@ -356,6 +356,7 @@ def test_a_calibration_is_led_saved_and_used(
         tab.said("sphere of 6 mm")
         tab.press("Calibrate")
         tab.tab.locator(".ball").fill("6")
+        tab.tab.locator(".measured-with").fill("ring gauge")
         tab.press("Begin")
         tab.said("Reference taken")
         while virtual.live.guidance is None or virtual.live.guidance.kept < 3:
@@ -371,7 +372,8 @@ def test_a_calibration_is_led_saved_and_used(
         assert "virtual_lab" in tab.tab.inner_text("body")
         assert tab.errors == []
     (bundle,) = virtual.live.out.glob("*_bundle")
-    assert Bundle.load(bundle).manifest.profile == "virtual_lab"
+    manifest = Bundle.load(bundle).manifest
+    assert (manifest.profile, manifest.measured_with) == ("virtual_lab", "ring gauge")
     (session,) = virtual.live.out.glob("*_calibration.mcap")
     presses = GuidedSession.of(session)
     assert presses is not None

@@ -22,7 +22,7 @@ from tactile_core.scaffold.package import profile_path
 def package(tmp_path_factory: pytest.TempPathFactory) -> NewPackage:
     """A package around the profile of a small sensor."""
     picture = photograph(sensor(), tmp_path_factory.mktemp("pictures") / "reference.png")
-    return new_package(new_profile("ourtip", "hex_fingertip_unmarked", picture, mm_per_px=0.125))
+    return new_package(new_profile("ourtip", "hex_fingertip_unmarked", picture, scale="0.125"))
 
 
 @pytest.fixture(scope="module")

@@ -190,13 +190,11 @@ class GuidedCalibration:
         self._collect()
 
     @naming_a_kill()
-    def finish(self, folder: Path | str | None = None, *, scored: bool = True) -> Calibrated:
-        """Fit and score all presses that are kept, as ``tactile calibrate`` does, and save them.
+    def finish(self, *, scored: bool = True) -> Calibrated:
+        """Fit and score all presses that are kept, as ``tactile calibrate`` does.
 
         Parameters
         ----------
-        folder : path, optional
-            For the bundle and its report. Default: nothing is saved.
         scored : bool
             False skips the cross-validation.
 
@@ -204,12 +202,10 @@ class GuidedCalibration:
         ------
         CalibrationError
             No press is kept, or none can be used.
-        InputError, OSError
-            The folder cannot be written to.
         """
         if not self._circles:
             raise CalibrationError("no press was kept, so there is nothing to calibrate on")
-        result = self._background.run(
+        return self._background.run(
             _fitted,
             self.profile,
             dict(self.presses),
@@ -217,9 +213,6 @@ class GuidedCalibration:
             self._ball_mm,
             (self._model, self._serial, self._gel, scored),
         )
-        if folder is not None:
-            result.save(Path(folder))
-        return result
 
     @naming_a_kill()
     def _judge(self, still: Still) -> None:

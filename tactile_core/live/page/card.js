@@ -327,7 +327,7 @@ export class Card {
 
   #listen() {
     const words = {
-      begin: () => ({ do: "calibrate", on: true, ball_diameter_mm: this.guided.ballMm }),
+      begin: () => ({ do: "calibrate", on: true, ...this.guided.ball }),
       leave: () => ({ do: "calibrate", on: false }),
       pause: () => ({ do: "play", paused: this.at('[data-do="pause"]').getAttribute("aria-pressed") !== "true" }),
       step: () => ({ do: "play", step: true }),

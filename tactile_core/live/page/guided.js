@@ -18,8 +18,8 @@ export class Guided {
     this.toggle.setAttribute("aria-pressed", String(on));
   }
 
-  get ballMm() {
-    return Number(this.at(".ball").value) || null;
+  get ball() {
+    return { ball_diameter_mm: Number(this.at(".ball").value) || null, measured_with: this.at(".measured-with").value };
   }
 
   show(status, number, colours) {

@@ -15,7 +15,7 @@ _OPTIONS = (
     *("--serial", "--sim", "--script", "--input", "--reference", "--bundle", "--tare-frame"),
     *("--frames", "--save", "--json", "--presses", "--ball-diameter-mm", "--labels", "--target"),
     *("--rows", "--model", "--seed", "--mode", "--swap", "--truth", "--size", "--calibration"),
-    *("--from", "--image", "--mm-per-px", "--known-mm", "--known-px", "--marker-pitch-mm"),
+    *("--from", "--image", "--scale", "--scale-image", "--measured-with"),
     *("--plugin", "--force", "--help", "--version", "--nothing", "-x", "--js", "--ou"),
 )
 _BENCHES = (

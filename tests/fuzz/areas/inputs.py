@@ -92,7 +92,7 @@ def videos(box: Sandbox, rng: Random) -> Attempt:
             recipes.RUN_VIDEO,
             recipes.RUN_VIDEO,
             [*calibrated, "--ball-diameter-mm", "3", "--out", "fresh"],
-            ["new", "mine", "--from", "small.yaml", "--image", "film.avi", "--mm-per-px", "0.1"],
+            ["new", "mine", "--from", "small.yaml", "--image", "film.avi", "--scale", "0.1"],
         )
     )
     if rng.random() < 0.15:

@@ -15,6 +15,7 @@ from tactile_core.algorithms.appearance import (
     polynomial,
 )
 from tactile_core.algorithms.arrays.types import Array, Bool
+from tactile_core.algorithms.drift import DRIFT
 from tactile_core.bundles.light_range import LightRange
 from tactile_core.quantities import Frame, Reference, ShownGel
 from tactile_core.quantities.shown_gel import Cause
@@ -69,12 +70,15 @@ class GelCheck:
         With its markers masked.
     light : LightRange or None
         The unit's; None if it was never calibrated.
+    compensated : bool
+        A frame is wrong if its brightness differs by more than is compensated.
     view : (3, 3) float or None
         Homography to the camera's image, as an ``Appearance`` takes it.
     """
 
     reference: Reference
     light: LightRange | None = None
+    compensated: bool = False
     view: Array | None = None
 
     def __call__(self, frame: Frame) -> ShownGel:
@@ -100,6 +104,9 @@ class GelCheck:
         found = look.cause(log, readable, change, MARGIN)
         if found:
             return found
+        ratio = frame.light_ratio if self.compensated else None
+        if ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain:
+            return "unknown"
         if self._beyond is None or self._unsuspicious(change):
             return None
         return self._of_light(self.light_change(change, both))

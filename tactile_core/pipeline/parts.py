@@ -138,7 +138,8 @@ class PipelineParts:
             return None
         light = None if self.bundle is None else self.bundle.manifest.light_range
         view = ImageGeometry(self.profile.image).view()
-        return GelCheck(self.conditioning.reference, light, view)
+        compensated = light is not None and self.conditioning.compensates
+        return GelCheck(self.conditioning.reference, light, compensated, view)
 
     @cached_property
     def _todays_reference(self) -> tuple[GelCheck, Frame] | None:

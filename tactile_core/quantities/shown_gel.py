@@ -41,8 +41,8 @@ _ADVICE: Mapping[str, str] = {
         "other light out, and record a new reference"
     ),
     "unknown": (
-        "it looks like nothing that this gel can look like; check camera and lights, and record a "
-        "new reference"
+        "it looks like nothing that this gel can look like, or is much brighter or darker than in "
+        "the reference; check camera, exposure and lights, and record a new reference"
     ),
 }
 

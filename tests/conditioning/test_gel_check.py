@@ -13,6 +13,7 @@ from tactile_core import Frame, Reference, load_profile
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.light_range import LightRange
 from tactile_core.conditioning.gel_check import GelCheck
+from tactile_core.conditioning.light_drift import DriftCompensator
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.unit import vary
@@ -163,6 +164,18 @@ def test_the_gain_of_a_channel_is_no_mistake(rig: str) -> None:
     gains = 1 + 0.06 * np.cos(np.arange(rest(rig).pixels.shape[2]))
     brighter = altered(rest(rig), lambda p: np.clip(p * gains, 0, 255).astype(np.uint8))
     assert check(rig)(brighter).this_gel
+
+
+@pytest.mark.parametrize(
+    ("gain", "shown"), [(0.95, True), (1.07, True), (0.5, False), (1.2, False)]
+)
+def test_more_light_than_is_compensated_is_no_light_of_the_calibration(
+    gain: float, shown: bool
+) -> None:
+    rig = RIGS[0]
+    brighter = altered(rest(rig), lambda p: np.clip(np.rint(p * gain), 0, 255).astype(np.uint8))
+    conditioned = DriftCompensator(reference(rig)).compensated(brighter)
+    assert replace(check(rig), compensated=True)(conditioned).this_gel == shown
 
 
 def test_dark_corners_of_the_reference_are_left_out() -> None:

@@ -106,6 +106,10 @@ class RecordingFile(ABC):
         """
 
 
+LONGEST_S = 9e9
+"""Times are not further from zero than this: recorded are nanoseconds of 64 bits."""
+
+
 def recorded_image(pixels: Pixels, entry: ImageEntry, encoded: bytes | None = None) -> Image:
     """Return an image with its pixels and what was recorded beside them.
 
@@ -118,8 +122,8 @@ def recorded_image(pixels: Pixels, entry: ImageEntry, encoded: bytes | None = No
     try:
         return Image(
             pixels,
-            timestamp_s=float(described["timestamp_s"]),
-            wall_time_s=float(described["wall_time_s"]),
+            timestamp_s=_finite(described["timestamp_s"]),
+            wall_time_s=_finite(described["wall_time_s"]),
             sequence=int(described["sequence"]),
             exposure_index=int(described["exposure_index"]),
             exposure_time_s=_optional(described.get("exposure_time_s")),
@@ -133,4 +137,10 @@ def recorded_image(pixels: Pixels, entry: ImageEntry, encoded: bytes | None = No
 
 
 def _optional(value: Any) -> float | None:
-    return None if value is None else float(value)
+    return None if value is None else _finite(value)
+
+
+def _finite(value: Any) -> float:
+    if not abs(number := float(value)) < LONGEST_S:
+        raise ValueError(value)
+    return number

@@ -101,6 +101,20 @@ def test_times_that_do_not_rise_are_said(
     assert [note[:7] for note in said] == ([f"{stuck} of 3 "] if stuck else [])
 
 
+@pytest.mark.parametrize("value", ["Infinity", "-Infinity", "NaN", "1e300"])
+def test_a_time_that_is_no_time_is_damage(tmp_path: Path, value: str) -> None:
+    writer = recording_writer(tmp_path / "one")
+    writer.open(SESSION)
+    writer.write_image(RecordedImage(replace(image(0), timestamp_s=0.125), 0))
+    writer.close()
+    listed = tmp_path / "one" / "recording.jsonl"
+    text = listed.read_text().replace('"timestamp_s": 0.125', f'"timestamp_s": {value}')
+    assert value in text
+    listed.write_text(text)
+    with pytest.raises(InputError, match="damaged description"):
+        list(open_recording(tmp_path / "one").source.images())
+
+
 @each_format
 def test_the_session_comes_back(tmp_path: Path, ending: str) -> None:
     pixels = np.random.default_rng(1).random((12, 16, 3), np.float32)

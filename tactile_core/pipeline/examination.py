@@ -36,7 +36,6 @@ from tactile_core.plugins.opencv import opencv_fault
 from tactile_core.plugins.registry import list_plugins, origin_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import ShownGel
 
 _STAGES: tuple[tuple[str, type[DeviceError]], ...] = (
     ("library", LibraryMissing),
@@ -296,11 +295,9 @@ def _examine_readings(sensor: Sensor) -> Iterator[Check]:
         yield Check("reference", "unknown", "there is none; give --reference or --bundle")
     else:
         yield Check("reference", "ok")
-    drift = sensor.pipeline.drift_in_words(reading.frame)
+    drift, too_far = sensor.pipeline.drift(reading.frame)
     if drift:
-        shown = reading.get(ShownGel)
-        another = (shown is not None and not shown.this_gel) or sensor.pipeline.of_another_gel
-        yield Check("light since calibration", "problem" if another else "ok", drift, 1)
+        yield Check("light since calibration", "problem" if too_far else "ok", drift, 1)
     health = sensor.health()
     yield from _of_health(health)
     said = {*health.warnings, *sensor.notes}

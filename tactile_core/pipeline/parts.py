@@ -161,12 +161,15 @@ class PipelineParts:
         check, today = self._todays_reference
         return [f"the reference is not that of the bundle: {w}" for w in check(today).warnings()]
 
-    def drift_in_words(self, frame: Frame) -> str:
-        """Say how far the light drifted from the bundle's, in today's reference or a frame."""
+    def drift(self, frame: Frame) -> tuple[str, bool]:
+        """Return how far the light drifted from the bundle's, in words, and if that is too far.
+
+        It is taken from today's reference, or else from a frame.
+        """
         if self.bundle is None or self.gel_check is None:
-            return ""
+            return "", False
         check, today = self._todays_reference or (self.gel_check, frame)
-        return check.drift_in_words(today)
+        return check.drift_in_words(today), not check(today).this_gel
 
     @cached_property
     def reference_gradients(self) -> ReferenceGradients | None:

@@ -134,25 +134,12 @@ class Pipeline:
     def _assembly(self) -> Assembly:
         return Assembly(make_lights(self.profile), self.profile.image)
 
-    def drift_in_words(self, frame: Frame) -> str:
-        """Say how far the light drifted from the bundle's, in today's reference or else a frame.
+    def drift(self, frame: Frame) -> tuple[str, bool]:
+        """Return how far the light drifted since the calibration, in words, and if it is too far.
 
-        Parameters
-        ----------
-        frame : Frame
-            As a reading has it.
-
-        Returns
-        -------
-        str
-            Empty without a bundle.
+        It is taken from today's reference, or else from a frame; without a bundle, no words.
         """
-        return self._parts.drift_in_words(frame)
-
-    @property
-    def of_another_gel(self) -> bool:
-        """Whether the reference given instead of the bundle's shows another gel or other light."""
-        return bool(self._parts.of_another_gel)
+        return self._parts.drift(frame)
 
     def process(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         """Measure one frame.

@@ -101,15 +101,14 @@ class GelCheck:
         shown = np.count_nonzero(both)
         if shown < max(FEWEST_CELLS, UNSEEN_READABLE * np.count_nonzero(look.seen)):
             return "unknown"
-        found = look.cause(log, readable, change, MARGIN)
-        if found:
-            return found
+        found: Cause | None = look.cause(log, readable, change, MARGIN)
+        if found is None and self._beyond is not None and not self._unsuspicious(change):
+            found = self._of_light(self.light_change(change, both))
+        return found or ("unknown" if self._too_bright_or_dark(frame) else None)
+
+    def _too_bright_or_dark(self, frame: Frame) -> bool:
         ratio = frame.light_ratio if self.compensated else None
-        if ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain:
-            return "unknown"
-        if self._beyond is None or self._unsuspicious(change):
-            return None
-        return self._of_light(self.light_change(change, both))
+        return ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain
 
     def change_of(self, frame: Frame) -> LightChange | None:
         """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""

@@ -44,7 +44,8 @@ class RestAreaParameters(NamedTuple):
         Source: chosen by hand like ``margin_thicknesses``, between low heights far from contacts
         (short) and the true bulge next to them (long).
     raised_share : float, share of the greatest height
-        Calm cells that are raised by this are parts of their own.
+        Cells raised by this have half the weight of others, and higher ones hardly any. Where
+        they are calm, they are parts of their own.
         Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
     least_raised_mm : float, mm
         Lower bound of the height of a raised cell, for images without a contact.
@@ -130,8 +131,10 @@ def height_error(
     stiffness = (columns / size[0] * mm_per_px / thickness_mm / REST_AREA.decay_thicknesses) ** 2
     coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
-    weight = stiffness * shrunk(_distant(undeformed, margin), size)
-    error = solve_screened(weight * shrunk(coarse, size), weight + stiffness * REST_AREA.held)
+    cells_mm = shrunk(coarse, size)
+    raised = np.maximum(cells_mm, 0) / _raised_mm(cells_mm)
+    weight = stiffness * shrunk(_distant(undeformed, margin), size) / (1 + raised**4)
+    error = solve_screened(weight * cells_mm, weight + stiffness * REST_AREA.held)
     return _enlarged(error.astype(np.float32), (rows, columns))
 
 

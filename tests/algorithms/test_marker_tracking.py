@@ -219,7 +219,7 @@ def test_virtual_strokes_swap_hardly_any_marker(
     # numpy gives the same matches in twice the time
     tally = counted(shear, frames if kernels_or_numpy == "compiled" else 200)
     print(tally)
-    assert tally.swapped <= 3e-5 * tally.seen
+    assert tally.swapped <= 5e-5 * tally.seen
     assert tally.specks <= 1.2e-3 * tally.seen
     assert tally.rms_of_right_px < 0.15
     # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels

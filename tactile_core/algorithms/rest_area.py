@@ -61,6 +61,9 @@ class RestAreaParameters(NamedTuple):
         Weight of the height as integrated, relative to that of the undeformed surface. It only
         matters far from any undeformed surface.
         Source: chosen by hand, small enough to have no effect within an image.
+    rounds : int, count
+        Searches for raised cells, since the correction changes the heights.
+        Source: chosen by hand; a third round changes nothing.
     smooth_factor : int, ratio
         Factor by which the correction is enlarged by cubic interpolation, before linear
         interpolation, which is faster.
@@ -77,6 +80,7 @@ class RestAreaParameters(NamedTuple):
     main_share: float = 0.3
     steep_share: float = 0.5
     held: float = 1e-3
+    rounds: int = 2
     smooth_factor: int = 4
 
 
@@ -132,9 +136,11 @@ def height_error(
     coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
     cells_mm = shrunk(coarse, size)
-    raised = np.maximum(cells_mm, 0) / _raised_mm(cells_mm)
-    weight = stiffness * shrunk(_distant(undeformed, margin), size) / (1 + raised**4)
-    error = solve_screened(weight * cells_mm, weight + stiffness * REST_AREA.held)
+    trust, error = stiffness * shrunk(_distant(undeformed, margin), size), np.zeros(size[::-1])
+    for _ in range(REST_AREA.rounds):
+        left_mm = cells_mm - error
+        weight = trust / (1 + (np.maximum(left_mm, 0) / _raised_mm(left_mm)) ** 4)
+        error = solve_screened(weight * cells_mm, weight + stiffness * REST_AREA.held)
     return _enlarged(error.astype(np.float32), (rows, columns))
 
 

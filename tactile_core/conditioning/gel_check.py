@@ -178,7 +178,7 @@ class GelCheck:
         light = self.light
         if light is None:
             return 0.05, 0.1, 0.1
-        return 1.25 * light.ramp + FLOOR, 1.25 * light.field + FLOOR, 0.4 * light.agreement
+        return light.ramp + FLOOR, light.field + FLOOR, 0.4 * light.agreement
 
     @cached_property
     def _projection(self) -> Array:

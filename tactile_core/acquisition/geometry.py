@@ -317,6 +317,8 @@ def _no_image(pixels: Pixels) -> str:
             "the image is no array of intensities; read a file first, as by "
             "cv2.imread(path)[..., ::-1], or give its path to open_sensor(…, input=path)"
         )
+    if pixels.size == 0:
+        return f"the image is empty, shape {pixels.shape}; give (H, W) or (H, W, 3)"
     if pixels.ndim == 3 and pixels.shape[2] != 3 and pixels.shape[0] in (1, 3):
         return (
             f"the image has its channels first, shape {pixels.shape}; give (H, W, 3), as by "

@@ -110,6 +110,11 @@ class Cells:
         readable &= shown > 0
         return np.log(np.maximum(means, DRIFT.dark_share)), readable
 
+    @staticmethod
+    def black(log: Array) -> Bool:
+        """Return which cells (N,) are dark in every channel, as no contact makes them."""
+        return np.asarray(log.max(axis=0) <= np.log(np.float32(DRIFT.dark_share)) + 1e-6)
+
     def _samples(self, image: Array) -> Array:
         """Return every n-th pixel, (2 R, 2 C) or (2 R, 2 C, K), alike from both ends."""
         size = 2 * self.shape[1], 2 * self.shape[0]
@@ -315,6 +320,8 @@ class Appearance:
 def _motions() -> Iterator[tuple[Mistake, Array]]:
     """Yield where in the right image a point of the wrong one is, as homographies."""
     yield "turned", np.diag([-1.0, -1, 1])
+    yield "turned", np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    yield "turned", np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     yield "mirrored", np.diag([-1.0, 1, 1])
     yield "mirrored", np.diag([1.0, -1, 1])
     for zoom, x, y in product(ZOOMS, (-1, 0, 1), (-1, 0, 1)):

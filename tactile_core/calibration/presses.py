@@ -283,7 +283,10 @@ def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
         reasons = [press.circle.why for press in presses]
         most = max(set(reasons), key=reasons.count) if reasons else "there are no presses"
         if most == DIFFERS or most.startswith(NOT_THIS_GEL):
-            raise CalibrationError(f"none of {len(presses)} presses can be used: {most}")
+            raise CalibrationError(
+                f"none of {len(presses)} presses can be used: {most}; or it is the reference that "
+                f"is wrong"
+            )
         raise CalibrationError(
             f"none of {len(presses)} presses can be used ({most}); check the ball's diameter, the "
             f"scale in the profile and that the reference shows the undeformed gel"

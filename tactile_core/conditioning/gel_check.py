@@ -31,6 +31,9 @@ SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 FLOOR = 0.004
 """Logarithm of intensity that noise and rounding leave in a smooth field."""
 
+BLACK = 0.05
+"""Share of the reference's readable cells that may be dark in every channel."""
+
 EXPLAINED = 0.25
 """Share of what a constant leaves that a change of the light explains; a wide contact does not."""
 
@@ -96,10 +99,12 @@ class GelCheck:
         look = self._appearance
         log, readable = look.cells.log(frame.pixels, frame.full_scale, frame.marker_mask)
         change, both = look.change(log, readable)
-        if np.count_nonzero(look.seen) < FEWEST_CELLS:
-            return None
-        shown = np.count_nonzero(both)
-        if shown < max(FEWEST_CELLS, UNSEEN_READABLE * np.count_nonzero(look.seen)):
+        seen, shown = np.count_nonzero(look.seen), np.count_nonzero(both)
+        if seen < FEWEST_CELLS:  # a few pixels cannot be compared, a black reference is none
+            return "unknown" if self.light is not None and len(look.seen) >= FEWEST_CELLS else None
+        if shown < max(FEWEST_CELLS, UNSEEN_READABLE * seen):
+            return "unknown"
+        if shown < seen and np.count_nonzero(look.cells.black(log) & look.seen) > BLACK * seen:
             return "unknown"
         found: Cause | None = look.cause(log, readable, change, MARGIN)
         if found is None and self._beyond is not None and not self._unsuspicious(change):

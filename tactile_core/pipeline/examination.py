@@ -36,6 +36,7 @@ from tactile_core.plugins.opencv import opencv_fault
 from tactile_core.plugins.registry import list_plugins, origin_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
+from tactile_core.quantities import ShownGel
 
 _STAGES: tuple[tuple[str, type[DeviceError]], ...] = (
     ("library", LibraryMissing),
@@ -295,12 +296,17 @@ def _examine_readings(sensor: Sensor) -> Iterator[Check]:
         yield Check("reference", "unknown", "there is none; give --reference or --bundle")
     else:
         yield Check("reference", "ok")
+    shown = reading.get(ShownGel)
+    if shown is not None and shown.this_gel:
+        yield Check("shows the gel", "ok")
+    elif shown is not None:
+        yield Check("shows the gel", "problem", shown.advice, 1)
     drift, too_far = sensor.pipeline.drift(reading.frame)
     if drift:
         yield Check("light since calibration", "problem" if too_far else "ok", drift, 1)
     health = sensor.health()
     yield from _of_health(health)
-    said = {*health.warnings, *sensor.notes}
+    said = {*health.warnings, *sensor.notes, *(shown.warnings() if shown is not None else ())}
     for words in (*sensor.notes, *(one for one in reading.warnings if one not in said)):
         yield Check("note", "unknown", words)
 

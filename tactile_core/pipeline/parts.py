@@ -159,7 +159,9 @@ class PipelineParts:
         if self._todays_reference is None:
             return []
         check, today = self._todays_reference
-        return [f"the reference is not that of the bundle: {w}" for w in check(today).warnings()]
+        shown = check(today)
+        words = f"the reference does not show the gel of the bundle: {shown.advice}"
+        return [] if shown.this_gel else [words]
 
     def drift(self, frame: Frame) -> tuple[str, bool]:
         """Return how far the light drifted from the bundle's, in words, and if that is too far.

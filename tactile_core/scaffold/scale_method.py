@@ -18,7 +18,7 @@ _FORMS = (
     "give mm per pixel (0.065), calliper:10, balls:6, grid:2, markers:1.5, "
     "rectangle:24x32@x,y,x,y,x,y,x,y or the YAML of a ball grid"
 )
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _POINTS = {"calliper": 2, "balls": 2, "rectangle": 4}
 """Methods whose positions can be given, and how many positions that takes."""
 

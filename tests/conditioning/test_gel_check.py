@@ -101,7 +101,12 @@ def one_sided(share: float) -> Callable[[Image], Image]:
 
 
 MISTAKES: dict[str, list[Callable[[Image], Image]]] = {
-    "turned": [lambda p: p[::-1, ::-1]],
+    "turned": [
+        lambda p: p[::-1, ::-1],
+        lambda p: np.stack(
+            [cv2.resize(np.rot90(c), c.shape[::-1]) for c in np.moveaxis(p, 2, 0)], axis=-1
+        ),
+    ],
     "mirrored": [lambda p: p[:, ::-1], lambda p: p[::-1]],
     "cropped": [cropped(0.6), cropped(0.75), cropped(0.9)],
     "one_sided_light": [one_sided(0.06), one_sided(0.1)],
@@ -157,6 +162,25 @@ def test_no_contact_is_taken_for_a_mistake(
     assert shown.this_gel
     assert shown.cause is None
     assert not shown.warnings()
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_black_rim_is_nothing_that_a_contact_makes(rig: str) -> None:
+    def smaller(pixels: Image) -> Image:
+        rim = np.zeros_like(pixels)
+        rim[15:-15, 20:-20] = np.stack(
+            [cv2.resize(plane, (280, 210)) for plane in np.moveaxis(pixels, 2, 0)], axis=-1
+        )
+        return rim
+
+    for look in (rest(rig), touched(rig)):
+        assert not check(rig)(altered(look, smaller)).this_gel
+
+
+def test_a_black_reference_shows_no_gel() -> None:
+    rig = RIGS[0]
+    black = replace(reference(rig), pixels=np.zeros_like(reference(rig).pixels))
+    assert replace(check(rig), reference=black)(rest(rig)).cause == "unknown"
 
 
 @pytest.mark.parametrize("rig", RIGS)

@@ -103,12 +103,17 @@ def _without_numbers(sentence: str) -> str:
     return re.sub(r"\d+([.,]\d+)*", "#", sentence)
 
 
-def print_if_fewer(came: int, asked: int | None) -> None:
-    """Report that fewer frames came than the user asked for."""
-    if asked is not None and came < asked:
+def print_if_fewer(came: int, asked: int | None, seconds: float | None = None) -> None:
+    """Report that fewer frames came than the user asked for, or that they ended too soon."""
+    if (asked is not None and came < asked) or (asked is None and seconds is not None):
+        what = (
+            f"{came} frames in --seconds {seconds:g}"
+            if asked is None
+            else (f"{came} of the {asked} frames of --frames")
+        )
         print_message(
-            f"note: only {came} of the {asked} frames of --frames came, because the recording or "
-            f"the movement of the virtual sensor ended; --script gives it a longer one"
+            f"note: only {what} came, because the recording or the movement of the virtual "
+            f"sensor ended; --script gives it a longer one"
         )
 
 

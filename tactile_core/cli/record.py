@@ -85,8 +85,8 @@ def record(
         raise InputError(f"{out}: nothing was recorded, because it ended before the first image")
     if left_out := recording.left_out():
         print_message(f"note: {left_out}")
-    if seconds is None and not interrupted:
-        print_if_fewer(recording.images + recording.dropped, frames)
+    if not interrupted and (seconds is None or took_s < seconds):
+        print_if_fewer(recording.images + recording.dropped, frames, seconds)
     counts = {"images": recording.images, "dropped": recording.dropped, "bytes": recording.bytes}
     if as_json:
         print_json({"out": str(out), **counts, "seconds": round(took_s, 3)})

@@ -171,7 +171,7 @@ def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> tuple[in
                     )
                     count += 1
                 advance((number + 1) / len(file.entries))
-        return count, (file.damage,) if file.damage else ()
+        return count, file.missing
 
 
 def _copy_reference(

@@ -89,8 +89,8 @@ class RecordedSource(ObservationSource):
 
     @property
     def damage(self) -> tuple[str, ...]:
-        """Say how much is damaged and left out; empty if nothing is."""
-        return (self._file.damage,) if self._file.damage else ()
+        """Say what is missing of it; empty if nothing is."""
+        return self._file.missing
 
     def own_reference(self) -> Reference | None:
         """Return the reference with which the recording begins; None if it has none.
@@ -106,11 +106,6 @@ class RecordedSource(ObservationSource):
     def notes(self) -> tuple[str, ...]:
         """For the user."""
         notes = list(self.damage)
-        if not self._file.finished:
-            notes.append(
-                f"{self._file.path.name} is unfinished, because it is still being written or was "
-                f"interrupted; its {len(self._played)} complete observations are read"
-            )
         times = [exposures[0].described.get("timestamp_s") for exposures in self._played]
         known = [time_s for time_s in times if isinstance(time_s, float | int)]
         stuck = sum(later <= earlier for earlier, later in pairwise(known))

@@ -70,6 +70,19 @@ class RecordingFile(ABC):
     finished: bool
     damage: str = ""
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Say that a recording is damaged or unfinished; empty if it is neither."""
+        said = (self.damage,) if self.damage else ()
+        if self.finished:
+            return said
+        images = sum(isinstance(entry, ImageEntry) for entry in self.entries)
+        return (
+            *said,
+            f"{self.path.name} is unfinished, because it is still being written or was "
+            f"interrupted; its {images} complete images are read",
+        )
+
     @abstractmethod
     def close(self) -> None:
         """Close the file; may be called twice."""

@@ -15,7 +15,6 @@ from tactile_core.algorithms.kernels.marker_images import (
     contrast_of_colours,
     dark_mask,
 )
-from tactile_core.algorithms.kernels.marker_kinds import kinds_of
 from tactile_core.algorithms.kernels.neighbours import (
     mutual_nearest,
     neighbours_plane,
@@ -56,7 +55,6 @@ __all__ = [
     "forward_columns",
     "halved",
     "halved_where_bare",
-    "kinds_of",
     "measured_spots",
     "moved_to_present",
     "mutual_nearest",

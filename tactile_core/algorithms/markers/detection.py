@@ -78,7 +78,7 @@ def _markers(
     spots: Spots, pitch: float, shape: tuple[int, ...], compiled: bool
 ) -> tuple[Float64, Bool]:
     """Centres (N, 2) of the spots that are markers, and whether the border truncates them."""
-    kinds = kinds_of(spots, compiled=compiled)
+    kinds = kinds_of(spots)
     marker, mass, half_size = kinds.marker, kinds.mass, kinds.half_size
     centres = list[Float64]()
     if np.count_nonzero(kinds.piece) > 1:

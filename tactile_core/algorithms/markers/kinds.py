@@ -7,29 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.markers.parameters import DETECTION
 from tactile_core.algorithms.markers.spots import Spots
-
-_LIMITS = (
-    DETECTION.max_elongation,
-    DETECTION.min_fill,
-    DETECTION.speck_mass,
-    DETECTION.half_size_sigmas,
-    DETECTION.min_mass,
-    DETECTION.max_mass,
-    DETECTION.min_mass_times_peak,
-    DETECTION.faint_percentile,
-    DETECTION.faintest_peak_of_print,
-    *DETECTION.piece_mass,
-    DETECTION.bar_mass,
-    DETECTION.bar_sigma,
-    DETECTION.bar_peak,
-    DETECTION.max_truncated_sigma,
-    DETECTION.min_truncated_mass,
-)
-"""What the kernel needs of the parameters, which are costly to pass as a whole."""
 
 
 class Kinds(NamedTuple):
@@ -59,25 +39,17 @@ class Kinds(NamedTuple):
     half_size: float
 
 
-def kinds_of(spots: Spots, *, compiled: bool = False) -> Kinds:
+def kinds_of(spots: Spots) -> Kinds:
     """Judge the spots of a frame.
 
     Parameters
     ----------
     spots : Spots
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     Kinds
     """
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        given = spots.mass, spots.sigma_px, spots.peak, spots.truncated
-        kinds, relative, half_size = loops.kinds_of(*given, _LIMITS)
-        marker, piece, bar, truncated = kinds
-        return Kinds(marker, piece, bar, truncated, relative, half_size)
     truncated = spots.truncated.any(1)
     major, minor = spots.sigma_px.T
     compact = major < DETECTION.max_elongation * minor

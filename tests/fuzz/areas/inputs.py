@@ -180,6 +180,8 @@ def seal(box: Sandbox, name: str) -> None:
     from tactile_core.bundles.manifest import Manifest, write_manifest
 
     folder = box.work / name
+    if not (folder / "manifest.json").is_file():
+        return  # reading a pipe would never end
     try:
         text = (folder / "manifest.json").read_text()
         write_manifest(folder, Manifest.model_validate_json(text))

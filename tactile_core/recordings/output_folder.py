@@ -55,8 +55,9 @@ class OutputFolder:
         self.path = Path(path)
         self._inputs = inputs or Inputs()
         for part in (self.path, *self.path.parents):
-            if part.exists() and not part.is_dir():
-                raise InputError(f"{part} is a file; name a folder for the results")
+            if (part.exists() or part.is_symlink()) and not part.is_dir():
+                what = "a file" if part.exists() else "a link that leads nowhere"
+                raise InputError(f"{part} is {what}; name a folder for the results")
         self._inputs.refuse_shared(self.path)
         self._former = {(entry["file"], _stamp_of(entry)) for entry in self.written()}
         self._made = False

@@ -178,3 +178,10 @@ def test_a_foreign_file_is_rejected_before_measuring(
     (tmp_path / "press.tmd").write_bytes(b"my own")
     with pytest.raises(InputError, match=r"press\.tmd already exists"):
         OutputFolder(tmp_path).check_for(["press"], [".tmd"])
+
+
+@pytest.mark.parametrize("target", ["loop", "nowhere"])
+def test_a_link_that_leads_nowhere_is_no_folder(tmp_path: Path, target: str) -> None:
+    (tmp_path / "loop").symlink_to(target)
+    with pytest.raises(InputError, match="loop is a link that leads nowhere; name a folder"):
+        OutputFolder(tmp_path / "loop" / "below")

@@ -38,6 +38,8 @@ _UNUSUAL_NAMES = (
 
 def corrupt(path: Path, rng: Random) -> None:
     """Change a file or folder in one way."""
+    if not path.parent.is_dir():  # displaced before
+        return
     if path.is_dir() and not path.is_symlink():
         corrupt_folder(path, rng)
     elif not path.is_file() or rng.random() < 0.05:

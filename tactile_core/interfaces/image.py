@@ -22,7 +22,7 @@ Quad = tuple[ImagePoint, ImagePoint, ImagePoint, ImagePoint]
 Point3 = tuple[float, float, float]
 ImageCrop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
-_FEWEST_PX = 2  # a slope needs a neighbour
+FEWEST_PX = 2  # a slope needs a neighbour
 _MOST_PX = 32_766
 """Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates."""
 _FINEST_MM = 1e-6
@@ -101,8 +101,8 @@ class ImageSection(Section):
     Order: crop, flip, rotate, lens, warp; without a warp, a resize if the sizes differ.
     """
 
-    width_px: int = Field(ge=_FEWEST_PX, le=_MOST_PX, description="Width of the resulting image.")
-    height_px: int = Field(ge=_FEWEST_PX, le=_MOST_PX, description="Height of the resulting image.")
+    width_px: int = Field(ge=FEWEST_PX, le=_MOST_PX, description="Width of the resulting image.")
+    height_px: int = Field(ge=FEWEST_PX, le=_MOST_PX, description="Height of the resulting image.")
     mm_per_px: PositiveFloat = Field(description="Scale of the resulting image on the gel.")
     crop: ImageCrop | None = Field(
         default=None, description="[x, y, width, height] in the camera's pixels."

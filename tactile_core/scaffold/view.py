@@ -12,7 +12,7 @@ from tactile_core.algorithms.lit_area import lit_area
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.formats.scan import Crop
-from tactile_core.interfaces.image import ImageSection
+from tactile_core.interfaces.image import FEWEST_PX, ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
@@ -76,8 +76,15 @@ def find_view(
     Raises
     ------
     InputError
-        The image is in colour and the parent needs grey images, or vice versa.
+        The image is in colour and the parent needs grey images, or vice versa; or it is one
+        row.
     """
+    height, width = pixels.shape[:2]
+    if min(height, width) < FEWEST_PX:
+        raise InputError(
+            f"{name} has {width} × {height} px, which shows no surface; give an image of the whole "
+            f"sensor with no contact"
+        )
     depth = _depth(pixels, parent, name)
     if scale is not None and scale.kind == "rectangle":
         return [_rectified(parent, crop, scale), *depth]

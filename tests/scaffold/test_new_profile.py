@@ -345,6 +345,12 @@ def test_a_name_that_cannot_be_used_is_refused(name: str, picture: Path) -> None
         new_profile(name, UNMARKED, picture)
 
 
+def test_an_image_of_one_row_shows_no_surface(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "row.png"), np.full((1, 80, 3), 90, np.uint8))
+    with pytest.raises(InputError, match="80 × 1 px, which shows no surface"):
+        new_profile("mine", UNMARKED, tmp_path / "row.png", scale="0.1")
+
+
 def test_a_grey_image_needs_a_parent_with_grey_images(tmp_path: Path, picture: Path) -> None:
     cv2.imwrite(str(tmp_path / "grey.png"), np.full((120, 160), 90, np.uint8))
     with pytest.raises(InputError, match="grey"):

@@ -92,7 +92,7 @@ def compare(
             for score, measured, common in zip(scores, arrays, names, strict=True):
                 score.add(measured, true, common)
             clock.note(readings)
-            top = float(true["height_mm"].max()) if "height_mm" in true else 0.0
+            top = float(true["height_mm"].max()) if "height_mm" in names[0] else 0.0
             if shown is None or top > shown[0]:
                 shown = top, name, true, arrays
             frames += 1

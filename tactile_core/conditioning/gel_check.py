@@ -31,7 +31,7 @@ SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 FLOOR = 0.004
 """Logarithm of intensity that noise and rounding leave in a smooth field."""
 
-BLACK = 0.05
+BLACK = 0.12
 """Share of the reference's readable cells that may be dark in every channel."""
 
 EXPLAINED = 0.25

@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -328,10 +329,9 @@ def test_a_sink_that_records_needs_a_sensor(lab: VirtualLab) -> None:
 
 
 def images_in(path: Path) -> int:
-    if not path.exists():
-        return 0
-    with recording_file(path) as file:
+    with suppress(InputError, FileNotFoundError), recording_file(path) as file:
         return sum(isinstance(entry, ImageEntry) for entry in file.entries)
+    return 0  # it has no beginning yet
 
 
 def test_ctrl_c_ends_a_recording_properly(live: Path, tmp_path: Path) -> None:

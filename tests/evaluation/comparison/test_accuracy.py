@@ -152,9 +152,3 @@ def test_a_truth_with_nan_is_refused() -> None:
 def test_a_truth_that_is_not_numeric_is_not_scored(dtype: str) -> None:
     truth = surface() | {"gradients": surface()["gradients"].astype(dtype)}
     assert scored((surface(), truth))["normal_error_deg"] is None
-
-
-def test_a_truth_without_numbers_is_no_truth() -> None:
-    words = {**surface(), "height_mm": np.full((4, 4), "x")}
-    with pytest.raises(InputError, match="height_mm holds no numbers"):
-        common_names(surface(), words, ANYWHERE)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from typing import Annotated
 
-Pairs = tuple[tuple[float, float], ...]
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+Pairs = tuple[tuple[FiniteFloat, FiniteFloat], ...]
+Size = Annotated[FiniteFloat, Field(ge=0)]
 
 
 class LightRange(BaseModel):
@@ -29,6 +32,6 @@ class LightRange(BaseModel):
 
     response: Pairs
     drift: Pairs
-    ramp: float
-    field: float
-    agreement: float
+    ramp: Size
+    field: Size
+    agreement: Size

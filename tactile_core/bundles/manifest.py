@@ -7,9 +7,17 @@ import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PositiveInt
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PositiveInt,
+    model_validator,
+)
 
 from tactile_core.bundles.light_range import LightRange
 from tactile_core.errors import CalibrationError, InputError
@@ -95,6 +103,13 @@ class Manifest(BaseModel):
     profile_hash: str = ""
     files: dict[str, str] = {}
     content_hash: str = ""
+
+    @model_validator(mode="after")
+    def _light_of_these_channels(self) -> Self:
+        light = self.light_range
+        if light and not len(light.response) == len(light.drift) + 2 == len(self.channels):
+            raise ValueError("'light_range' is of other channels")
+        return self
 
     @property
     def model(self) -> str:

@@ -58,6 +58,18 @@ def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
         Bundle.load(lab.bundle).check(lab.profile, "0008")
 
 
+@pytest.mark.parametrize(
+    "change",
+    [{"drift": ()}, {"response": ((0.1, 0.0),) * 4}, {"ramp": float("nan")}, {"field": -1.0}],
+)
+def test_a_light_range_that_cannot_be_is_damage(copy: Path, change: dict[str, object]) -> None:
+    light = Bundle.load(copy).manifest.light_range
+    assert light is not None
+    sealed(copy, light_range=light.model_copy(update=change))
+    with pytest.raises(CalibrationError, match="damaged"):
+        Bundle.load(copy)
+
+
 def test_the_bundle_of_another_gel_is_refused(lab: VirtualLab) -> None:
     bundle = Bundle.load(lab.bundle)
     with pytest.raises(

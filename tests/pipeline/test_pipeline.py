@@ -187,8 +187,10 @@ def test_only_what_the_reference_shows_bright_can_be_too_dark(lab: VirtualLab) -
     for each in (image, reference):
         each[:, :16] = 0
     pipeline = Pipeline(lab.profile, lab.bundle)
-    (said,) = pipeline.process(pipeline.frame(image)).warnings
+    # the first frame of an installation may add that it compiled its kernels
+    said, *others = pipeline.process(pipeline.frame(image)).warnings
     assert said.startswith("10% of the frame is too dark")
+    assert all("compiled its kernels" in one for one in others)
     pipeline = pipeline.with_reference(Reference(reference.astype(np.float32), pipeline.channels))
     assert not pipeline.process(pipeline.frame(image)).warnings
     (said,) = pipeline.process(pipeline.frame(np.zeros_like(image))).warnings[:1]

@@ -223,5 +223,6 @@ def test_virtual_strokes_swap_hardly_any_marker(
     assert tally.specks <= 1.2e-3 * tally.seen
     assert tally.rms_of_right_px < 0.15
     # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels
-    assert shear.spurious or tally.rms_px < 0.15
+    # and a swapped marker is wrong by a pitch
+    assert shear.spurious or tally.rms_px < 0.3
     assert tally.recall > 0.94

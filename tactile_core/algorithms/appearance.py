@@ -106,8 +106,8 @@ class Cells:
             shown = self._means(shows).ravel()
         means = np.ascontiguousarray(self._means(samples).reshape(-1, samples.shape[2]).T)
         means /= np.maximum(shown, 0.25) * np.float32(full_scale)
+        means += shown == 0  # a cell that markers hide is not readable, but it is not black
         readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < BRIGHTEST)
-        readable &= shown > 0
         return np.log(np.maximum(means, DRIFT.dark_share)), readable
 
     @staticmethod

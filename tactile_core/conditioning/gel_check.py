@@ -97,7 +97,7 @@ class GelCheck:
 
     def _cause(self, frame: Frame) -> Cause | None:
         look = self._appearance
-        log, readable = look.cells.log(frame.pixels, frame.full_scale, frame.marker_mask)
+        log, readable = self._cells(frame)
         change, both = look.change(log, readable)
         seen, shown = np.count_nonzero(look.seen), np.count_nonzero(both)
         if seen < FEWEST_CELLS:  # a few pixels cannot be compared, a black reference is none
@@ -111,15 +111,17 @@ class GelCheck:
             found = self._of_light(self.light_change(change, both))
         return found or ("unknown" if self._too_bright_or_dark(frame) else None)
 
+    def _cells(self, frame: Frame) -> tuple[Array, Bool]:
+        pixels, hidden = frame.pixels, frame.marker_mask
+        return self._appearance.cells.log(pixels, frame.full_scale, hidden)
+
     def _too_bright_or_dark(self, frame: Frame) -> bool:
         ratio = frame.light_ratio if self.compensated else None
         return ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain
 
     def change_of(self, frame: Frame) -> LightChange | None:
         """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""
-        look = self._appearance
-        log, readable = look.cells.log(frame.pixels, frame.full_scale, frame.marker_mask)
-        change, both = look.change(log, readable)
+        change, both = self._appearance.change(*self._cells(frame))
         if self._beyond is None or np.count_nonzero(both) < FEWEST_CELLS:
             return None
         return self.light_change(change, both)

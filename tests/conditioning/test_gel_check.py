@@ -177,6 +177,15 @@ def test_a_black_rim_is_nothing_that_a_contact_makes(rig: str) -> None:
         assert not check(rig)(altered(look, smaller)).this_gel
 
 
+def test_large_markers_that_moved_are_not_black() -> None:
+    rig = RIGS[0]
+    hidden = np.zeros(rest(rig).pixels.shape[:2], np.bool_)
+    hidden[60:180, 60:180] = True
+    dark = altered(rest(rig), lambda p: np.where(hidden[..., None], 0, p).astype(np.uint8))
+    assert not check(rig)(dark).this_gel
+    assert check(rig)(replace(dark, marker_mask=hidden)).this_gel
+
+
 def test_a_black_reference_shows_no_gel() -> None:
     rig = RIGS[0]
     black = replace(reference(rig), pixels=np.zeros_like(reference(rig).pixels))

@@ -37,6 +37,9 @@ BLACK = 0.12
 EXPLAINED = 0.25
 """Share of what a constant leaves that a change of the light explains; a wide contact does not."""
 
+EXPLAINED_CELLS = 0.1
+"""Share of the cells that is enough, however many a constant leaves."""
+
 UNSEEN_READABLE = 0.5
 """Share of the reference's readable cells that a frame must show."""
 
@@ -164,7 +167,8 @@ class GelCheck:
     def _of_light(self, found: LightChange) -> Cause | None:
         ramp, field, least = self._limits
         changed = found.ramp > ramp or found.field > field
-        if changed and found.cubic > found.level + EXPLAINED * (1 - found.level):
+        explained = min(EXPLAINED * (1 - found.level), EXPLAINED_CELLS)
+        if changed and found.cubic > found.level + explained:
             return "one_sided_light" if found.linear > found.cubic - 0.04 else "another_unit"
         return "unknown" if found.cubic < least else None
 

@@ -37,7 +37,7 @@ BLACK = 0.12
 EXPLAINED = 0.25
 """Share of what a constant leaves that a change of the light explains; a wide contact does not."""
 
-EXPLAINED_CELLS = 0.1
+EXPLAINED_CELLS = 0.08
 """Share of the cells that is enough, however many a constant leaves."""
 
 UNSEEN_READABLE = 0.5

@@ -15,8 +15,13 @@ from tactile_core.interfaces.optics import Optics
 _USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
 
 
+def is_component_name(text: str) -> bool:
+    """Whether a text is plugin.name."""
+    return re.fullmatch(_USE, text) is not None
+
+
 def _component_named(text: str) -> str:
-    if not re.fullmatch(_USE, text):
+    if not is_component_name(text):
         raise ValueError(f"should be plugin.name, for example 'core.poisson', not {shown(text)}")
     return text
 

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.component import Component
+from tactile_core.interfaces.component import Component, is_component_name
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.sink import Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
@@ -151,7 +151,7 @@ def _component(profile: Profile, name: str) -> Component:
     """Return the component of a name: the profile's, a plugin's, or one of the core's."""
     if name in profile.sinks:
         return profile.sinks[name]
-    if "." in name:
+    if is_component_name(name):
         described = (sink for sink in profile.sinks.values() if sink.use == name)
         return next(described, Component(use=name))
     known: Mapping[str, str] = find_plugin(CORE).components("sink")

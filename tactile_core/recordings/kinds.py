@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tactile_core.errors import InputError
+from tactile_core.formats.files import is_file
 
 if TYPE_CHECKING:
     from tactile_core.recordings.recorder import RecordingWriter
@@ -38,7 +39,7 @@ LIST = "recording.jsonl"
 
 def is_recorded(path: Path) -> bool:
     """Whether the path is that of a recording that a sensor wrote, judging by its name."""
-    return path.suffix.lower() in _KINDS or (path / LIST).is_file()
+    return path.suffix.lower() in _KINDS or is_file(path / LIST)
 
 
 def writes(path: Path) -> bool:

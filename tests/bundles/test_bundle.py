@@ -316,6 +316,16 @@ def test_a_damaged_model_names_the_bundle(copy: Path) -> None:
         Bundle.load(copy)
 
 
+@pytest.mark.parametrize("name", ["std", "weight_0_0", "bias_0_0"])
+def test_a_model_with_a_misshapen_array_is_damaged(copy: Path, name: str) -> None:
+    path = copy / "light" / "model.npz"
+    arrays = read_npz(path)
+    write_npz(path, arrays | {name: arrays[name][..., None]})
+    sealed(copy)
+    with pytest.raises(CalibrationError, match="does not hold such a model"):
+        Bundle.load(copy)
+
+
 def test_a_folder_without_a_manifest_is_no_bundle(tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match=r"no manifest\.json"):
         Bundle.load(tmp_path)

@@ -113,9 +113,10 @@ def test_a_failing_sink_is_named_and_the_others_are_completed(
         assert "height_mm" in read_npz(tmp_path / "press.v1.npz")
 
 
-def test_an_unknown_sink_is_rejected_with_the_available_ones(pipeline: Pipeline) -> None:
-    with pytest.raises(InputError, match=r"no sink 'jpg'; choose from npz, tmd, png, ply"):
-        Sinks(pipeline.profile, ["npz", "jpg"])
+@pytest.mark.parametrize("name", ["jpg", "out/normals.png", "a.b.c", ".png"])
+def test_an_unknown_sink_is_rejected_with_the_available_ones(pipeline: Pipeline, name: str) -> None:
+    with pytest.raises(InputError, match=f"no sink '{name}'; choose from npz, tmd, png, ply"):
+        Sinks(pipeline.profile, ["npz", name])
 
 
 def test_files_need_a_folder(pipeline: Pipeline) -> None:

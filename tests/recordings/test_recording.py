@@ -349,3 +349,8 @@ def test_of_very_many_images_some_are_checked_before_the_first_and_all_as_they_a
         InputError, match=r"f10\.png is 5 × 7 .*, but the recording began with 7 × 5"
     ):
         next(found)
+
+
+def test_a_name_that_is_too_long_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="too long"):
+        open_recording(tmp_path / ("x" * 300))

@@ -70,9 +70,10 @@ class PolynomialFit:
         """
         fit = cls(arrays["mean"], arrays["std"], arrays["coefficients"], int(arrays["order"]))
         count = len(fit.mean)
-        if not 0 <= fit.order <= _HIGHEST_ORDER or len(fit.coefficients) != comb(
-            count + fit.order, count
-        ):
+        if not fit.mean.shape == fit.std.shape == (count,):
+            raise ValueError("mean and std are not one number per feature")
+        terms_ = comb(count + fit.order, count) if 0 <= fit.order <= _HIGHEST_ORDER else None
+        if fit.coefficients.ndim != 2 or len(fit.coefficients) != terms_:
             raise ValueError("the coefficients are not those of a polynomial of this order")
         return fit
 

@@ -68,16 +68,16 @@ def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
     Raises
     ------
     InputError
-        The shapes of an array differ, or the scales differ by more than 1 %.
+        The shapes of an array differ, the scales differ by more than 1 %, or the true scale is
+        not one number.
     """
-    scales = [
-        float(arrays["mm_per_px"].item()) for arrays in (measured, truth) if "mm_per_px" in arrays
-    ]
-    if len(scales) == 2 and abs(scales[1] / scales[0] - 1) > _SCALE_TOLERANCE:
-        raise InputError(
-            f"{path} has {scales[1]:g} mm per pixel and the recording {scales[0]:g}; give the "
-            f"truth of this recording"
-        )
+    if "mm_per_px" in measured and "mm_per_px" in truth:
+        true, scale = _scale(truth["mm_per_px"], path), float(measured["mm_per_px"])
+        if abs(true / scale - 1) > _SCALE_TOLERANCE:
+            raise InputError(
+                f"{path} has {true:g} mm per pixel and the recording {scale:g}; give the truth of "
+                f"this recording"
+            )
     names = []
     for name in measured:
         if name not in truth or name in _WITHOUT_TRUTH or name.startswith("marker"):
@@ -92,6 +92,12 @@ def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
             raise InputError(f"{path}: {name} is not finite everywhere; write the truth again")
         names.append(name)
     return names
+
+
+def _scale(array: NDArray[Any], path: Path) -> float:
+    if array.size != 1 or not _is_number(array):
+        raise InputError(f"{path}: mm_per_px is not one number; write the truth again")
+    return float(array.item())
 
 
 def _is_number(array: NDArray[Any]) -> bool:

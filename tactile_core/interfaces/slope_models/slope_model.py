@@ -131,8 +131,9 @@ class SlopeModel(Generic[F]):
             blur_px = blur_from(arrays, shape)
             table = table_from(arrays) if "table" in arrays else None
             made = function.from_arrays(arrays)
-            if not np.isfinite(made(np.zeros((1, shape[2] + 2), np.float32))).all():
-                raise ValueError("the model does not return finite numbers")
+            probe = made(np.zeros((2, shape[2] + 2), np.float32))
+            if probe.shape != (2, 2) or not np.isfinite(probe).all():
+                raise ValueError("the model does not return two finite numbers per pixel")
         return cls(made, shape, blur_px, table)
 
 

@@ -88,3 +88,12 @@ def test_coefficients_of_another_order_are_refused(order: float) -> None:
     assert PolynomialFit.from_arrays(arrays).order == 2
     with pytest.raises(ValueError, match="order"):
         PolynomialFit.from_arrays(arrays | {"order": np.array(order)})
+
+
+@pytest.mark.parametrize("name", ["mean", "std", "coefficients"])
+def test_arrays_of_another_shape_are_refused(name: str) -> None:
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(50, 3)).astype(np.float32)
+    arrays = fit_polynomial(x, x[:, :2], order=2).arrays()
+    with pytest.raises(ValueError, match=r"mean and std|coefficients"):
+        PolynomialFit.from_arrays(arrays | {name: arrays[name][..., None]})

@@ -141,6 +141,12 @@ def test_a_truth_at_another_scale_is_refused() -> None:
         common_names(surface(), surface() | {"mm_per_px": np.asarray(0.06)}, ANYWHERE)
 
 
+@pytest.mark.parametrize("scale", [np.array([0.05, 0.05]), np.array([]), np.array("wide")])
+def test_a_truth_without_one_scale_is_refused(scale: np.ndarray) -> None:
+    with pytest.raises(InputError, match="mm_per_px is not one number"):
+        common_names(surface(), surface() | {"mm_per_px": scale}, ANYWHERE)
+
+
 def test_a_truth_with_nan_is_refused() -> None:
     truth = surface()
     truth["height_mm"][3, 3] = np.nan

@@ -140,7 +140,7 @@ def unusual_files(box: Sandbox) -> None:
 
 
 def _changed(words: list[str], rng: Random) -> list[str]:
-    words = list(words)
+    words = list(words) or [""]
     at = rng.randrange(1, len(words)) if len(words) > 1 else 0
     kind = rng.randrange(10)
     if kind < 5:

@@ -67,10 +67,15 @@ def _before_our_code(outcome: Outcome) -> bool:
 def _of_the_process(attempt: Attempt, outcome: Outcome) -> Iterator[str]:
     if outcome.hung:
         yield "hangs: blocked" if outcome.cpu_s < 2 else "hangs: works for more than 10 s"
-    elif outcome.code not in attempt.codes:
+    elif outcome.code not in attempt.codes and not _left_some_out(outcome):
         yield f"exit {outcome.code}: {message_of(outcome)}"
     if outcome.peak_mib > MEMORY_MIB:
         yield "uses more than 1 GiB"
+
+
+def _left_some_out(outcome: Outcome) -> bool:
+    """Return whether the command measured some of several recordings, and names the others."""
+    return outcome.code == 1 and "could not be measured and are left out:" in _text(outcome.stderr)
 
 
 def _of_the_call(outcome: Outcome) -> Iterator[str]:

@@ -15,13 +15,15 @@ BLAMES = "tactile: KeyboardInterrupt in fuzzed.camera; this is a bug of its auth
 OURS = "tactile: KeyError (this is a bug; please report it)\n"
 
 
-def broken(tmp_path: Path, stderr: str, **attempt: object) -> list[str]:
+def broken(
+    tmp_path: Path, stderr: str, codes: frozenset[int] = frozenset({1}), **attempt: object
+) -> list[str]:
     """Return the promises that a refusal with this message breaks."""
-    (tmp_path / "corpus").mkdir()
+    (tmp_path / "corpus").mkdir(parents=True)
     box = Sandbox(tmp_path / "box", tmp_path / "corpus")
     before = box.listing()
     outcome = Outcome(1, b"", stderr.encode(), {}, 0.1, 1.0, hung=False)
-    made = Attempt(["run", "mine.yaml"], codes=frozenset({1}), **attempt)  # type: ignore[arg-type]
+    made = Attempt(["run", "mine.yaml"], codes=codes, **attempt)  # type: ignore[arg-type]
     return list(broken_promises(made, before, box, [outcome]))
 
 
@@ -32,6 +34,13 @@ def test_a_message_may_call_it_a_bug_of_the_plugin(tmp_path: Path, named: tuple[
 
 def test_no_message_may_be_about_a_bug_of_ours(tmp_path: Path) -> None:
     assert any("this is a bug" in one for one in broken(tmp_path, OURS))
+
+
+def test_a_run_may_leave_out_recordings_that_it_names(tmp_path: Path) -> None:
+    said = "tactile: 1 of 2 recordings could not be measured and are left out:\n  cut: no video\n"
+    assert broken(tmp_path, said, codes=frozenset({0, 2})) == []
+    other = broken(tmp_path / "other", "tactile: no\n", codes=frozenset({0, 2}))
+    assert other == ["exit 1: tactile: no"]
 
 
 def test_what_an_area_promises_besides_is_judged(tmp_path: Path) -> None:

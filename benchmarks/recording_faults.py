@@ -125,12 +125,13 @@ def print_disks(folder: Path, rng: np.random.Generator) -> None:
     profile.write_text(SESSION.profile)
     given = {path: path.read_bytes() for path in (source, cut, profile)}
     plain = ["--input", source, "--reference", "first"]
+    measuring = ["--readings", "--reference", "first"]
     commands = {
         "record": ["record", profile, *plain, "--readings", "--out", folder / "out.mcap"],
         "record to a folder": ["record", profile, *plain, "--out", folder / "out"],
         "run": ["run", profile, *plain, "--save", "npz,png,record", "--out", folder / "out"],
         "convert": ["convert", source, folder / "out.h5"],
-        "convert with readings": ["convert", source, folder / "out.h5", "--readings"],
+        "convert with readings": ["convert", source, folder / "out.h5", *measuring],
         "recover": ["recover", cut, "--out", folder / "out.mcap"],
     }
     for name, words in commands.items():
@@ -171,7 +172,8 @@ def in_a_child(words: list[object], limit_bytes: int) -> str:
     _, status = os.waitpid(process, 0)
     if os.WIFSIGNALED(status):
         return signal.Signals(os.WTERMSIG(status)).name
-    said = [line for line in message.splitlines() if not line.startswith("note: ")]
+    lines = message.splitlines()
+    said = [line for line in lines if not line.startswith(("note: ", "warning: "))]
     if code == "0":
         return "exit 0"
     sentence = len(said) == 1 and "this is a bug" not in message

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import (
@@ -27,6 +27,9 @@ from tactile_core.profiles.yaml_tree import read_yaml
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
 
+Frames = Annotated[PositiveInt, Field(le=1_000_000)]
+"""Number of frames of one step; a million are nine hours at 30 Hz."""
+
 _SHAKE_SEED = 81
 """Random seed of a gripper's vibration: the same script gives the same moves."""
 _LEAST_LOAD = 0.1
@@ -46,7 +49,7 @@ class Indent(_Part):
     force_n: PositiveFloat | None = Field(
         default=None, description="Target normal force, N; or give depth_mm."
     )
-    frames: PositiveInt = Field(default=5, description="Number of frames during the move.")
+    frames: Frames = Field(default=5, description="Number of frames during the move.")
     seconds: PositiveFloat | None = Field(
         default=None, description="Duration, s. Default: quasi-static."
     )
@@ -79,7 +82,7 @@ class Shear(_Part):
 
     dx_mm: float = Field(default=0.0, description="Displacement along x (right), mm.")
     dy_mm: float = Field(default=0.0, description="Displacement along y (down), mm.")
-    frames: PositiveInt = Field(default=10, description="Number of frames during the move.")
+    frames: Frames = Field(default=10, description="Number of frames during the move.")
     seconds: PositiveFloat | None = Field(
         default=None, description="Duration, s. Default: quasi-static."
     )
@@ -101,7 +104,7 @@ class Twist(_Part):
     """Rotate the object about its origin."""
 
     degrees: float = Field(description="Angle, positive from x towards y.")
-    frames: PositiveInt = Field(default=10, description="Number of frames during the move.")
+    frames: Frames = Field(default=10, description="Number of frames during the move.")
     seconds: PositiveFloat | None = Field(
         default=None, description="Duration, s. Default: quasi-static."
     )
@@ -123,7 +126,7 @@ class Lift(_Part):
     down_deg: float = Field(
         default=90.0, description="Direction of gravity in the image, from x towards y."
     )
-    frames: PositiveInt = Field(default=15, description="Number of frames during the lift.")
+    frames: Frames = Field(default=15, description="Number of frames during the lift.")
     seconds: PositiveFloat | None = Field(
         default=None, description="Duration, s. Default: quasi-static."
     )
@@ -160,7 +163,7 @@ class Hold(_Part):
     """Let time pass at constant pose and load."""
 
     seconds: PositiveFloat = Field(description="Duration, s.")
-    frames: PositiveInt = Field(default=5, description="Number of frames during the hold.")
+    frames: Frames = Field(default=5, description="Number of frames during the hold.")
 
     def played(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""

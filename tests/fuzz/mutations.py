@@ -61,7 +61,8 @@ def corrupt_folder(folder: Path, rng: Random) -> None:
     elif kind == 3 and inside:
         rng.choice(inside).unlink()
     elif kind == 4 and inside:
-        shutil.copy(rng.choice(inside), folder / rng.choice(_UNUSUAL_NAMES))
+        with suppress(OSError):  # a folder has that name already
+            shutil.copy(rng.choice(inside), folder / rng.choice(_UNUSUAL_NAMES))
     elif kind == 5:
         with suppress(FileExistsError):
             (folder / rng.choice(_UNUSUAL_NAMES)).mkdir()

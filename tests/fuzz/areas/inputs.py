@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Sequence
 from random import Random
@@ -202,7 +203,18 @@ def scripts(box: Sandbox, rng: Random) -> Attempt:
         path.write_text(text.replace("sphere, diameter_mm: 3", extra))
     other = {0: "map.tmd", 1: "block.stl"}.get(kind, "script.yaml")
     words = rng.choice((recipes.SIMULATE, recipes.SIMULATE, recipes.RUN_SIM))
-    return _attempt(box, words, "script.yaml", other)
+    attempt = _attempt(box, words, "script.yaml", other)
+    spoil = attempt.corrupt
+
+    def corrupt(rng: Random) -> None:
+        spoil(rng)
+        if path.is_file() and path.stat().st_size < 10_000:
+            # a hundred thousand frames are no fault, they only take long
+            shorter = re.sub(rb"(frames\W+)\d{3,7}\b", rb"\g<1>99", path.read_bytes())
+            path.write_bytes(shorter)
+
+    attempt.corrupt = corrupt
+    return attempt
 
 
 def truths(box: Sandbox, rng: Random) -> Attempt:

@@ -15,18 +15,14 @@ TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-
 SOAK ?= 1
 PLUGINS := $(wildcard plugins/tactile-*)
 
-.PHONY: demo test test-plain test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs reference wheels try-wheels clean
+.PHONY: demo test test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
 
-# On all cores; what has compiled kernels runs with them (tests/support/kernel_paths.py).
+# On all cores.
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
-
-# What has compiled kernels, without them.
-test-plain: .venv/installed
-	$(BIN)/python -m pytest $(PARALLEL) -m plain
 
 # What the documentation prints is run, the examples' own tests, and the live page in Debian's Chromium; skips with a reason where
 # that is not installed.
@@ -94,19 +90,13 @@ mutants: .venv/installed
 
 bench: .venv/installed
 	$(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
-	TACTILE_FAST=0 $(ONE_CORE) $(BIN)/python -m pytest $(TIMED)
 	$(ONE_CORE) $(BIN)/python benchmarks/bench_sim.py
-	$(ONE_CORE) $(BIN)/python benchmarks/bench_sim.py --plain
 
 # The site, in site/; open site/index.html.
 docs: .venv/docs-installed
 	$(BIN)/python docs/building/stage_site.py
 	$(BIN)/zensical build --strict --clean --config-file build/docs/mkdocs.yml
 	rm -rf site && mv build/docs/site site
-
-# The Python reference below docs/reference/python/, from the docstrings.
-reference: .venv/installed
-	$(BIN)/python docs/building/reference_pages.py
 
 wheels: .venv/installed
 	rm -rf dist
@@ -120,7 +110,7 @@ try-wheels: wheels
 
 .venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' $(PLUGINS:%=-e %)
 	touch $@
 
 # LeRobot takes another PyTorch than it needs to read a data set, hence without its dependencies.
@@ -134,7 +124,7 @@ try-wheels: wheels
 .venv-oldest/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv-oldest
 	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check uv
-	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev,fast]' $(PLUGINS:%=-e %)
+	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev]' $(PLUGINS:%=-e %)
 	touch $@
 
 .venv/docs-installed: .venv/installed

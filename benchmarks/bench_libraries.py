@@ -1,7 +1,7 @@
 """Own implementations against library functions: ``python benchmarks/bench_libraries.py``.
 
 One row per function: milliseconds at 640 × 480, and the largest difference of the results relative
-to the largest value. The own implementations use numpy, without compiled loops.
+to the largest value. The own implementations use numpy.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from tactile_core.algorithms.displacement.kriging import Kriging
 from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_markers
-from tactile_core.algorithms.poisson.laplacian import DftLaplacian, FftLaplacian
 from tactile_core.algorithms.validity import two_within
 
 Array = NDArray[Any]
@@ -45,7 +44,7 @@ def main() -> None:
     """Print the table."""
     cv2.setNumThreads(1)
     print(f"{'task: ours | library':64}{'ours ms':>9}{'lib ms':>9}{'difference':>12}")
-    for rows in (spots, regions, gaps, samples, integration, fields, tracking, fits):
+    for rows in (spots, regions, gaps, samples, fields, tracking, fits):
         for task, ours, library in rows():
             one, other = np.asarray(ours(), float), np.asarray(library(), float)
             difference = np.abs(one - other).max() / np.abs(one).max()
@@ -157,18 +156,6 @@ def samples() -> Iterator[Row]:
         "two channels within bounds: extremes first | numpy",
         lambda: two_within(pixels, 3, 252),
         lambda: ((pixels > 3) & (pixels < 252)).sum(axis=2) >= 2,
-    )
-
-
-def integration() -> Iterator[Row]:
-    """Inverse of the Laplacian in float32."""
-    rhs = smooth(3)
-    rhs -= rhs.mean()
-    dft, dct = DftLaplacian(SHAPE), FftLaplacian(SHAPE)
-    yield (
-        "Laplacian: OpenCV's DFT | scipy.fft (0.2 s to import)",
-        lambda: dft.solve(rhs.copy()),
-        lambda: dct.solve(rhs.copy()),
     )
 
 

@@ -2,8 +2,8 @@
 
 ``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/bench_peers.py [ROW …]``
 
-Prints for each task the median processor time, with compiled kernels (the extra ``fast``) and
-without, and the median of the rounds' ratios, ours to the peer's. A row is chosen by a part of its
+Prints for each task the median processor times, and the median of the rounds' ratios, ours to the
+peer's. A row is chosen by a part of its
 name. Whole frames are 36 different moving frames of ``hex_fingertip``: a ball that is pressed and
 sheared, with markers tracked and slip detected. The other projects' methods are in ``peers.py``,
 which must not change between two measurements.
@@ -12,7 +12,7 @@ which must not change between two measurements.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -63,16 +63,14 @@ class Row:
     Attributes
     ----------
     peer : callable
-    fast, plain : callable
-        Ours, with compiled kernels and without.
+    ours : callable
     times : int
         Calls of ours in each round, of which the median counts.
     rounds : int
     """
 
     peer: Work
-    fast: Work
-    plain: Work
+    ours: Work
     times: int = 1
     rounds: int = ROUNDS
 
@@ -92,7 +90,7 @@ def heights_and_contact(size: Size) -> Row:
 def against_network(unit: VirtualUnit, frames: tuple[Any, ...]) -> Row:
     network = PerPixelNetwork(unit.bundle.reference.pixels)
     image = frames[0].pixels
-    return Row(lambda: network.height(image), *both_ways(unit, frames), times=FRAMES)
+    return Row(lambda: network.height(image), next_frame(unit, frames), times=FRAMES)
 
 
 def table(size: Size) -> Row:
@@ -100,17 +98,15 @@ def table(size: Size) -> Row:
     unit = unit_of("hex_fingertip_unmarked", size, "core.lookup_table")
     reference, image = unit.bundle.reference.pixels, unit.stroke[0].pixels
     made = Table(*target_pixels(unit)[1:])
-    return Row(lambda: made.height(image, reference), *both_ways(unit, unit.stroke), times=FRAMES)
+    return Row(lambda: made.height(image, reference), next_frame(unit, unit.stroke), times=FRAMES)
 
 
 def six_exposures(size: Size) -> Row:
     """Six large images to heights, against smoothing these images."""
     unit = unit_of("desktop_six_led", size)
     planes = np.ascontiguousarray(unit.stroke[0].pixels.transpose(2, 0, 1))
-    ways = both_ways(unit, unit.stroke)
-    return Row(
-        lambda: [cv2.GaussianBlur(p, (5, 5), 0) for p in planes], *ways, rounds=COSTLY_ROUNDS
-    )
+    ours = next_frame(unit, unit.stroke)
+    return Row(lambda: [cv2.GaussianBlur(p, (5, 5), 0) for p in planes], ours, rounds=COSTLY_ROUNDS)
 
 
 def six_slopes(size: Size) -> Row:
@@ -118,11 +114,9 @@ def six_slopes(size: Size) -> Row:
     unit = unit_of("desktop_six_led", size)
     bundle, frame = unit.bundle, unit.stroke[0]
     towards = np.array([direction(light) for light in make_lights(unit.profile).lights])
-    fast, plain = (bundle.calibration.prepared(compiled=compiled) for compiled in (True, False))
     return Row(
         lambda: stereo(frame.pixels, towards),
-        lambda: fast.measure(frame, bundle.reference),
-        lambda: plain.measure(frame, bundle.reference),
+        lambda: bundle.calibration.measure(frame, bundle.reference),
         times=FRAMES,
     )
 
@@ -136,7 +130,7 @@ def table_fit(size: Size) -> Row:
     def ours() -> Any:
         return calibrator.fit(presses, unit.bundle.reference)
 
-    return Row(lambda: Table(changes, slopes), ours, ours, rounds=COSTLY_ROUNDS)
+    return Row(lambda: Table(changes, slopes), ours, rounds=COSTLY_ROUNDS)
 
 
 def poisson(size: Size, boundary: Any, peer: Callable[[Array, Array], Array]) -> Row:
@@ -145,14 +139,9 @@ def poisson(size: Size, boundary: Any, peer: Callable[[Array, Array], Array]) ->
     height, gx, gy = ball(shape)
     error = peer(gx, gy) - height
     assert np.abs(error - error.mean()).max() < 0.02 * height.max(), peer.__name__
-    fast, plain = (
-        PoissonSolver(shape, mm_per_px=1.0, boundary=boundary, compiled=compiled)
-        for compiled in (True, False)
-    )
+    solver = PoissonSolver(shape, mm_per_px=1.0, boundary=boundary)
     g32 = gx.astype(np.float32), gy.astype(np.float32)
-    return Row(
-        lambda: peer(gx, gy), lambda: fast.solve(*g32), lambda: plain.solve(*g32), times=FRAMES
-    )
+    return Row(lambda: peer(gx, gy), lambda: solver.solve(*g32), times=FRAMES)
 
 
 ROWS: dict[str, Callable[[], Row]] = {
@@ -175,15 +164,10 @@ def unit_of(name: str, size: Size, model: str | None = None) -> VirtualUnit:
     return virtual_unit(profile, size_px=size, model=model, stroke_frames=MOVING_FRAMES)
 
 
-def both_ways(unit: VirtualUnit, frames: tuple[Any, ...]) -> Iterator[Work]:
-    """This project's processing of the next frame, with compiled kernels and without."""
-    for compiled in (True, False):
-        pipeline = Pipeline(unit.profile, unit.bundle, compiled=compiled)
-        yield processing(pipeline, cycle(frames))
-
-
-def processing(pipeline: Pipeline, frames: Iterator[Any]) -> Work:
-    return lambda: pipeline.process(next(frames))
+def next_frame(unit: VirtualUnit, frames: tuple[Any, ...]) -> Work:
+    """This project's processing of the next frame."""
+    pipeline, coming = Pipeline(unit.profile, unit.bundle), cycle(frames)
+    return lambda: pipeline.process(next(coming))
 
 
 def ball(shape: tuple[int, int]) -> tuple[Array, Array, Array]:
@@ -228,16 +212,12 @@ def median_ms(work: Work, times: int = 1) -> float:
 
 
 def measured(row: Row) -> Array:
-    """(rounds, 3) ms: the peer's way, ours compiled, ours without."""
-    for work in (row.fast, row.plain) * 4:  # the first calls compile and prepare
+    """(rounds, 2) ms: the peer's way, and ours."""
+    for work in (row.ours,) * 4:  # the first calls prepare
         work()
     row.peer()
-    return np.array(
-        [
-            (median_ms(row.peer), median_ms(row.fast, row.times), median_ms(row.plain, row.times))
-            for _ in range(row.rounds)
-        ]
-    )
+    times = [(median_ms(row.peer), median_ms(row.ours, row.times)) for _ in range(row.rounds)]
+    return np.array(times)
 
 
 def main() -> None:
@@ -247,18 +227,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("rows", nargs="*", help="parts of the names of rows; default: all")
     chosen = parser.parse_args().rows
-    print(f"{'ms':36}{'peer':>9}{'fast':>9}{'without':>9}{'fast ÷':>9}{'without ÷':>11}")
+    print(f"{'ms':36}{'peer':>9}{'ours':>9}{'÷':>9}")
     for name, make in ROWS.items():
         if chosen and not any(part in name for part in chosen):
             continue
         with one_thread():
             times = measured(make())
-        peer, fast, plain = np.median(times, axis=0)
-        ratios = np.median(times[:, 1:] / times[:, :1], axis=0)
-        print(
-            f"{name:36}{peer:9.2f}{fast:9.2f}{plain:9.2f}{ratios[0]:9.3f}{ratios[1]:11.3f}",
-            flush=True,
-        )
+        peer, ours = np.median(times, axis=0)
+        ratio = np.median(times[:, 1] / times[:, 0])
+        print(f"{name:36}{peer:9.2f}{ours:9.2f}{ratio:9.3f}", flush=True)
 
 
 if __name__ == "__main__":

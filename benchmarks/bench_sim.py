@@ -8,7 +8,6 @@ and the throughput in wall-clock frames per second, including JPEG compression: 
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -25,10 +24,7 @@ def main() -> None:
     parser.add_argument("profiles", nargs="*", default=PROFILES)
     parser.add_argument("--frames", type=int, default=100)
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--plain", action="store_true", help="without compiled kernels")
     given = parser.parse_args()
-    if given.plain:
-        os.environ["TACTILE_FAST"] = "0"
     print("median ms of mechanics, resampling, optics, JPEG, total; frames per second")
     for name in given.profiles:
         spent = parts_ms(name, given.frames)
@@ -48,14 +44,12 @@ def parts_ms(name: str, frames: int) -> list[float]:
     from tactile_core.profiles.loader import load_profile
     from tactile_core.sim.gel_surface import GelSurface
     from tactile_core.sim.indenters import make_indenter
-    from tactile_core.sim.kernels import chosen, load
     from tactile_core.sim.optics import RigOptics
 
     one_thread()
     profile = load_profile(name, sim=True)
-    compiled = load() is not None
-    surface = GelSurface(profile, "fast", compiled=compiled)
-    optics = RigOptics(profile, compiled=compiled)
+    surface, optics = GelSurface(profile, "fast"), RigOptics(profile)
+    surface.markers_px = optics.markers_px
     surface.indent_with(make_indenter("sphere", diameter_mm=6.0), x_mm=-1.5)
     surface.press(depth_mm=0.4)
     spent = []
@@ -63,8 +57,9 @@ def parts_ms(name: str, frames: int) -> list[float]:
         clock = [time.process_time()]
         surface.shear(dx_mm)
         clock.append(time.process_time())
-        height, moved = surface.seen(chosen(compiled))
-        markers = surface.carried_px(optics.markers_px) if len(optics.markers_px) else None
+        truth = surface.truth()
+        height, moved = truth.height_mm, truth.displacement_mm
+        markers = truth.markers_px if len(truth.markers_px) else None
         clock.append(time.process_time())
         pixels = optics.expose(height, moved, markers, frame=number, finite=True)
         clock.append(time.process_time())

@@ -111,7 +111,7 @@ def unguided(hand: VirtualHand, count: int, seed: int) -> dict[str, Frame]:
 
 def truth_error_deg(hand: VirtualHand, result: Calibrated, count: int, seed: int) -> float:
     """Return the mean error of normals in the contacts of separate presses, against the truth."""
-    pipeline = Pipeline(hand.profile, result.bundle, compiled=False)
+    pipeline = Pipeline(hand.profile, result.bundle)
     errors = []
     for frame, true, contact in hand.truth_presses(count, seed):
         measured = pipeline.process(frame).get(Gradients)

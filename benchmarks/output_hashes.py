@@ -12,7 +12,7 @@ Run it with the interpreter of each version, once before and once after the chan
 
 Only the public interface is used: commands, files, and the few Python names that scripts rely on.
 Binary files are hashed unchanged. Varying parts of texts are removed first: see `UNSTEADY`,
-`TIMED_TABLE`, `UNSTEADY_KEYS`, `SLOW`, `IMPORT` and `ONLY_KEYS`, each with its reason.
+`TIMED_TABLE`, `UNSTEADY_KEYS`, `IMPORT` and `ONLY_KEYS`, each with its reason.
 """
 
 from __future__ import annotations
@@ -64,9 +64,6 @@ UNSTEADY_KEYS = {
     "size",  # in the same list, of a report that contains times; every file is hashed anyway
 }
 """Keys of JSON objects whose values depend on the time or the machine."""
-
-SLOW = re.compile(r"^.*this frame took \d+ s, .*compiled its kernels.*\n?", re.MULTILINE)
-"""A warning about slow frames: the first one of an installation, or on a busy machine."""
 
 IMPORT = re.compile(r"^\s*(from|import) tactile_core.*\n", re.MULTILINE)
 """Lines of a scaffold that import modules of the core, which a refactoring may move."""
@@ -211,7 +208,7 @@ def steady(text: str, work: Path, *, only_keys: bool = False) -> str:
         text = re.sub(pattern, word, text, flags=re.MULTILINE)
     if TIMED_TABLE in text:
         text = re.sub(r"(?<=\S) {2,}", "  ", text)
-    return IMPORT.sub("", SLOW.sub("", text))
+    return IMPORT.sub("", text)
 
 
 def _installed() -> Path:
@@ -226,8 +223,7 @@ def _steady_json(value: Any, only_keys: bool) -> Any:
         kept = {key: each for key, each in value.items() if key not in UNSTEADY_KEYS}
         return {key: _steady_json(each, only_keys) for key, each in kept.items()}
     if isinstance(value, list):
-        steady_ones = [each for each in value if not (isinstance(each, str) and SLOW.match(each))]
-        return [_steady_json(each, only_keys) for each in steady_ones]
+        return [_steady_json(each, only_keys) for each in value]
     return "NUMBER" if only_keys and isinstance(value, (int, float)) else value
 
 

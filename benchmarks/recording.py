@@ -110,7 +110,7 @@ def print_raw(
     path = folder / "raw.mcap"
     with sensor_with(source) as sensor:
         for _ in range(5):
-            sensor.read()  # compiled loops are loaded
+            sensor.read()  # code is loaded
         began_s, used_s, readings = time.monotonic(), time.process_time(), 0
         sent = source.sent
         with sensor.record(path) as recording:

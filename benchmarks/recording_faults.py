@@ -24,7 +24,7 @@ import time
 from collections import Counter
 from contextlib import closing, suppress
 from itertools import count
-from multiprocessing import active_children, get_context
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -251,9 +251,6 @@ def used_page(profile: Path, bundle: Path, out: Path, limit_bytes: int, answers:
         click(do="calibrate", on=False)
         before = live.newest.count
         until(lambda: live.newest.count > before)  # it measures on
-    # multiprocessing would wait for the process that fits before telling it to end
-    for fitting in active_children():
-        fitting.terminate()
 
 
 def unsound(path: Path) -> str:

@@ -22,7 +22,7 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.worker_process import WorkerProcess
 
 WARM_UP, RENDERED = 40, 40
-"""Frames before timing starts, which compile kernels; and frames that are rendered before."""
+"""Frames before timing starts, and frames that are rendered before."""
 
 VIRTUAL = {"camera": {"use": "core.virtual", "loop": True}}
 """The default script, which presses, shears, twists and releases a ball, again and again."""
@@ -33,10 +33,7 @@ def main() -> None:
     parser.add_argument("profile", nargs="?", default="hex_fingertip")
     parser.add_argument("--fingers", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--plain", action="store_true", help="without compiled kernels")
     given = parser.parse_args()
-    if given.plain:
-        os.environ["TACTILE_FAST"] = "0"
     profile = load_profile(given.profile, sim=True, overrides=VIRTUAL)
     bundle = calibrated_virtually(profile)
     image = profile.image

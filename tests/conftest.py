@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
-from support.kernel_paths import kernels_or_numpy  # noqa: F401
 from support.own_plugins import install  # noqa: F401
 
 from tactile_core.pipeline.one_thread import ONE_THREAD
@@ -21,9 +20,6 @@ if TYPE_CHECKING:
 # Set before numpy and OpenCV are imported.
 for name, value in ONE_THREAD.items():
     os.environ.setdefault(name, value)
-
-# Tests wait for kernels that are not compiled yet; no process compiles them beside the tests.
-os.environ.setdefault("TACTILE_FAST", "1")
 
 # A background job ignores SIGINT, and so would every command that a test interrupts.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -38,14 +34,6 @@ def pytest_collection_finish() -> None:
     """Leave thousands of tests, which live until the end, out of every collection of garbage."""
     gc.collect()
     gc.freeze()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _kernels() -> None:
-    """Load the compiled kernels of the extra ``fast``, unless TACTILE_FAST is 0."""
-    from tactile_core.algorithms import kernels
-
-    kernels.load()
 
 
 @pytest.fixture(scope="session")

@@ -1,19 +1,14 @@
-"""Write the Python reference: python docs/building/reference_pages.py.
-
-The pages below ``docs/reference/python/`` are committed, so that the reference can be read in the
-repository. A test fails when they differ from the docstrings; ``make reference`` updates them.
-"""
+"""The Python reference: pages of the site that are made of the docstrings when it is prepared."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 import reference_source as source
 from docstring_markdown import markdown, summary
-from reference_source import ROOT, Entry
-
-FOLDER = ROOT / "docs" / "reference" / "python"
+from reference_source import Entry
 
 PUBLIC = {
     "sensor": ("Sensor and pipeline", ("pipeline", "acquisition")),
@@ -193,7 +188,6 @@ MODELS = {
             "tactile_core.sim.optics.sources",
             "tactile_core.sim.optics.surface",
             "tactile_core.sim.optics.markers",
-            "tactile_core.sim.optics.quick",
         ),
     ),
     "virtual-camera": (
@@ -208,23 +202,13 @@ MODELS = {
 """Pages outside ``tactile_core.algorithms``: title, purpose, and full names."""
 
 
+@cache
 def pages() -> dict[str, str]:
     """Return the text of every page by its file name."""
     written = {f"{page}.md": _public_page(page) for page in PUBLIC}
     written |= {f"{page}.md": _modules_page(*entry) for page, entry in _algorithms().items()}
     written |= {f"{page}.md": _modules_page(*entry) for page, entry in MODELS.items()}
     return {"index.md": _index()} | written
-
-
-def main() -> None:
-    """Write the pages, and remove those that are no longer made."""
-    FOLDER.mkdir(exist_ok=True)
-    texts = pages()
-    for path in FOLDER.glob("*.md"):
-        if path.name not in texts:
-            path.unlink()
-    for name, text in texts.items():
-        (FOLDER / name).write_text(text, encoding="utf-8")
 
 
 def names_on(page: str) -> list[str]:
@@ -238,8 +222,8 @@ def _index() -> str:
     lines = [
         "# Python reference",
         "",
-        "Signatures and docstrings, written by `make reference`. What stays compatible between",
-        "versions is listed under [compatibility](../compatibility.md).",
+        "Signatures and docstrings. What stays compatible between versions is listed under",
+        "[compatibility](../compatibility.md).",
         "",
         "## Public names",
         "",
@@ -326,7 +310,3 @@ def _anchor(heading: str) -> str:
 
 def _short(name: str) -> str:
     return name.rpartition(".")[2]
-
-
-if __name__ == "__main__":
-    main()

@@ -6,7 +6,6 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import zip_longest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,21 +39,21 @@ class Entry:
 @cache
 def module_of(name: str) -> ast.Module:
     """Parse a module of the package by its full name."""
+    return ast.parse(_text(name))
+
+
+def _text(name: str) -> str:
     path = _path(name)
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    return ast.parse(path.read_text(encoding="utf-8"))
+    return path.read_text(encoding="utf-8")
 
 
 def modules_below(name: str) -> list[str]:
-    """Return the full names of a package and its modules, or of a module, in order.
-
-    Compiled kernels repeat functions of other modules and are left out.
-    """
+    """Return the full names of a package and its modules, or of a module, in order."""
     folder = _path(name)
     if not folder.is_dir():
         return [name]
-    silent = {"__init__", "kernels"}
-    below = sorted(path.stem for path in folder.glob("*.py") if path.stem not in silent)
+    below = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
     return [name, *(f"{name}.{module}" for module in below)]
 
 
@@ -73,10 +72,11 @@ def _path(name: str) -> Path:
 
 def public_names() -> list[str]:
     """Return the full names of everything that the package offers at its top."""
+    stub = (_path(PACKAGE) / "__init__.pyi").read_text(encoding="utf-8")
     return [
-        f"{node.module}.{alias.name}"
-        for node in ast.walk(module_of(PACKAGE))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(PACKAGE)
+        f"{PACKAGE}.{node.module}.{alias.name}"
+        for node in ast.parse(stub).body
+        if isinstance(node, ast.ImportFrom)
         for alias in node.names
     ]
 
@@ -84,11 +84,11 @@ def public_names() -> list[str]:
 def entry(full_name: str) -> Entry:
     """Return the entry of one name; imports are followed to the definition."""
     module, _, name = full_name.rpartition(".")
-    body = module_of(module).body
-    for node, following in zip_longest(body, body[1:]):
+    for node in module_of(module).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
             return _entry(node)
-        if (constant := _constant(node, following)) and constant.name == name:
+    for constant in _constants(module):
+        if constant.name == name:
             return constant
     for node in ast.walk(module_of(module)):
         if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
@@ -98,7 +98,8 @@ def entry(full_name: str) -> Entry:
 
 def entries(module: str) -> list[Entry]:
     """Return the public functions, classes and documented constants of a module."""
-    return list(_public(module_of(module).body))
+    constants = (one for one in _constants(module) if _is_public(one.name))
+    return [*constants, *_public(module_of(module).body)]
 
 
 def docstring(module: str) -> str:
@@ -107,12 +108,11 @@ def docstring(module: str) -> str:
 
 
 def _public(body: list[ast.stmt], prefix: str = "") -> Iterator[Entry]:
-    for node, following in zip_longest(body, body[1:]):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            if not node.name.startswith("_") or _abstract(node):
-                yield _entry(node, prefix)
-        elif not prefix and (found := _constant(node, following)) and _is_public(found.name):
-            yield found
+    for node in body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and (
+            not node.name.startswith("_") or _abstract(node)
+        ):
+            yield _entry(node, prefix)
 
 
 def _entry(node: ast.FunctionDef | ast.ClassDef, prefix: str = "") -> Entry:
@@ -127,22 +127,23 @@ def _entry(node: ast.FunctionDef | ast.ClassDef, prefix: str = "") -> Entry:
     return Entry(node.name, _class(node), text, members)
 
 
-def _constant(node: ast.stmt, following: ast.stmt | None) -> Entry | None:
-    """Return a name that is assigned to, with a docstring below it."""
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    documented = (
-        isinstance(following, ast.Expr)
-        and isinstance(following.value, ast.Constant)
-        and isinstance(following.value.value, str)
-    )
-    if not documented or len(targets) != 1 or not isinstance(targets[0], ast.Name):
-        return None
-    name = targets[0].id
-    assert isinstance(following, ast.Expr)
-    assert isinstance(following.value, ast.Constant)
-    value = _code(node)
-    code = value if len(value) <= _WIDTH else f"{name} = …"
-    return Entry(name, code, str(following.value.value))
+def _constants(module: str) -> Iterator[Entry]:
+    """Yield the names that a module assigns to, each with the comment beside or above it."""
+    lines = _text(module).split("\n")
+    for node in module_of(module).body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        if len(targets) != 1 or not isinstance(targets[0], ast.Name):
+            continue
+        name, first = targets[0].id, node.lineno - 1
+        above = first
+        while above and lines[above - 1].startswith("#"):
+            above -= 1
+        beside = lines[(node.end_lineno or node.lineno) - 1].partition("  # ")[2]
+        said = [line.removeprefix("# ") for line in lines[above:first]]
+        if said or beside:
+            code = _code(node)
+            short = code if len(code) <= _WIDTH else f"{name} = …"
+            yield Entry(name, short, " ".join([*said, beside]).strip())
 
 
 def _is_public(constant: str) -> bool:

@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import reference_pages
+
 ROOT = Path(__file__).resolve().parents[2]
 
 ELSEWHERE = {
@@ -19,7 +21,13 @@ ELSEWHERE = {
 }
 """Pages whose file is outside ``docs``."""
 
-MADE = {"adr/index.md": "docs/adr"}
+PYTHON = "reference/python/"
+"""Pages in this folder are made of docstrings when the site is prepared."""
+
+MADE = {
+    "adr/index.md": "docs/adr",
+    **{PYTHON + name: f"docs/{PYTHON}{name}" for name in reference_pages.pages()},
+}
 """Pages that are generated when the site is prepared, and the path that links to them use."""
 
 GENERATED = "images/generated/"
@@ -50,6 +58,8 @@ def text_of(page: str) -> str:
     """Return the Markdown of a page with its links translated for the site."""
     if page == "adr/index.md":
         return decisions()
+    if page in MADE:
+        return at_home(reference_pages.pages()[page.removeprefix(PYTHON)], page, origin(page))
     text = at_home((ROOT / origin(page)).read_text(encoding="utf-8"), page, origin(page))
     if README_BEGINNING in text:
         readme = (ROOT / "README.md").read_text(encoding="utf-8")

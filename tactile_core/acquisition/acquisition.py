@@ -20,8 +20,7 @@ from tactile_core.plugins.registry import origin_of
 from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.quantities.array_form import image_fault, size_change
 
-CAMERA, DRIVER = "the camera", "the light driver"
-"""Names used in messages."""
+CAMERA, DRIVER = "the camera", "the light driver"  # Names used in messages
 
 
 class Settings(NamedTuple):

@@ -14,8 +14,7 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels
 
-LIGHTS = "the lights"
-"""Name used in messages."""
+LIGHTS = "the lights"  # Name used in messages
 
 
 class Assembly:

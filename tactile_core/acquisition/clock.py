@@ -22,5 +22,4 @@ class Clock(NamedTuple):
     sleep: Callable[[float], None]
 
 
-HOST = Clock(time.monotonic, time.sleep)
-"""The clock of every camera's timestamps."""
+HOST = Clock(time.monotonic, time.sleep)  # The clock of every camera's timestamps

@@ -15,8 +15,7 @@ from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.loader import list_profiles, load_profile
 from tactile_core.profiles.model import Profile
 
-KINDS: tuple[DeviceKind, ...] = ("camera", "light_driver")
-"""Kinds of components that open devices."""
+KINDS: tuple[DeviceKind, ...] = ("camera", "light_driver")  # Kinds of components that open devices
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,45 +13,31 @@ from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
 
 
-class FreeRunningParameters(NamedTuple):
-    """How the timing of a free-running camera is measured.
+class FREE_RUNNING:
+    """How the timing of a free-running camera is measured."""
 
-    Attributes
-    ----------
-    images : int, count
-        Images from which frame period and jitter are measured. Source: their median is that of a
-        period although a few are lost.
-    blinks : int, count
-        Times that a light is switched on, at as many phases of the frame period. Source: the delay
-        is then overestimated by a sixth of a period at most, which leaves a quarter of a period
-        for transfer and lights where an image can be used every other period.
-    bands : int, count
-        Parts of the image, in the direction of the rows, that are lit separately by a rolling
-        shutter. Source: a compromise between noise and delay, whose effect is allowed for.
-    lit_share : float, ratio
-        Share of its brightness from which a band counts as fully lit. Source: above the flicker
-        and noise of the mean of a band.
-    least_step : float, share of the full scale
-        Change of brightness that can be measured. Source: five grey levels of eight bits.
-    first_timeout_s : float, s
-        Longest wait for an image while the timing is measured. Source: a camera starts within
-        this time.
-    strange_s : float, s
-        Age of a new image from which its timestamp cannot be of the host's clock. Source: longer
-        than any camera buffers.
-    """
-
-    images: int = 9
-    blinks: int = 6
-    bands: int = 8
-    lit_share: float = 0.97
-    least_step: float = 0.02
-    first_timeout_s: float = 3.0
-    strange_s: float = 10.0
-
-
-FREE_RUNNING = FreeRunningParameters()
-"""The values in use."""
+    # [count] Images from which frame period and jitter are measured. Source: their median is that
+    # of a period although a few are lost.
+    images = 9
+    # [count] Times that a light is switched on, at as many phases of the frame period. Source:
+    # the delay is then overestimated by a sixth of a period at most, which leaves a quarter of a
+    # period for transfer and lights where an image can be used every other period.
+    blinks = 6
+    # [count] Parts of the image, in the direction of the rows, that are lit separately by a
+    # rolling shutter. Source: a compromise between noise and delay, whose effect is allowed for.
+    bands = 8
+    # [ratio] Share of its brightness from which a band counts as fully lit. Source: above the
+    # flicker and noise of the mean of a band.
+    lit_share = 0.97
+    # [share of the full scale] Change of brightness that can be measured. Source: five grey
+    # levels of eight bits.
+    least_step = 0.02
+    # [s] Longest wait for an image while the timing is measured. Source: a camera starts within
+    # this time.
+    first_timeout_s = 3.0
+    # [s] Age of a new image from which its timestamp cannot be of the host's clock. Source:
+    # longer than any camera buffers.
+    strange_s = 10.0
 
 
 class FreeRunning:

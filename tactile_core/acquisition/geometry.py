@@ -15,8 +15,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Pixels
 
-Size = tuple[int, int]
-"""Width and height, px."""
+Size = tuple[int, int]  # Width and height, px
 
 _UNDISTORT_STEPS = 50
 _CORNER = np.array([[0, 0], [1, 0], [0, 1]])

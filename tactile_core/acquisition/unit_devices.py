@@ -21,8 +21,8 @@ from tactile_core.interfaces.device import Device
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 
+# Kinds of devices in messages.
 IN_WORDS: Mapping[DeviceKind, str] = {"camera": "camera", "light_driver": "light box"}
-"""Kinds of devices in messages."""
 
 
 def claim_device(unit: str, device: str) -> tuple[ListedDevice, ...]:

@@ -19,32 +19,26 @@ from tactile_core.algorithms.arrays.half_sample import shorths
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.drift import DRIFT
 
-ROWS, COLUMNS = 20, 26
-"""Cells of the grid, count; each is the mean of 2 × 2 samples."""
+ROWS, COLUMNS = 20, 26  # Cells of the grid, count; each is the mean of 2 × 2 samples
 
-TOLERANCE = 0.06
-"""Logarithm of intensity by which a cell may differ and still agree: about 6 %."""
+TOLERANCE = 0.06  # Logarithm of intensity by which a cell may differ and still agree: about 6 %
 
+# Logarithms of intensity at which a robust fit ignores cells, one after another.
 SCALES = 0.4, 0.2, 0.1, 0.06, 0.04
-"""Logarithms of intensity at which a robust fit ignores cells, one after another."""
 
-FEWEST_CELLS = 60
-"""Cells that a comparison needs, count."""
+FEWEST_CELLS = 60  # Cells that a comparison needs, count
 
-BRIGHTEST = 0.98
-"""Share of the full scale from which on a cell is too bright to compare."""
+BRIGHTEST = 0.98  # Share of the full scale from which on a cell is too bright to compare
 
+# Shares of the view that a cropped image may show.
 ZOOMS = 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95
-"""Shares of the view that a cropped image may show."""
 
+# Response of a matched filter from which on an alternative is examined; 1 if it is true.
 RESPONSE = 0.5
-"""Response of a matched filter from which on an alternative is examined; 1 if it is true."""
 
-LEAST_OF_ZOOM = 0.25
-"""Share of what differs that a zoom explains, if there was one."""
+LEAST_OF_ZOOM = 0.25  # Share of what differs that a zoom explains, if there was one
 
-CLIP = 0.1
-"""Largest logarithm of intensity of one cell that counts in a matched filter."""
+CLIP = 0.1  # Largest logarithm of intensity of one cell that counts in a matched filter
 
 
 Mistake = Literal["channels_swapped", "turned", "mirrored", "cropped", "grey", "another_unit"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import comb
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,31 +13,18 @@ from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.arrays.types import Float32
 
 
-class BackgroundParameters(NamedTuple):
-    """Parameters of the background fit. What a user may choose is the degree of the polynomial.
+class BACKGROUND:
+    """Parameters of the background fit. What a user may choose is the degree of the polynomial."""
 
-    Attributes
-    ----------
-    samples_across : int, count
-        Samples along the shorter side of the image; more add time and no accuracy.
-        Source: chosen by hand; no script derives it.
-    rounds, first_rounds : int, count
-        Reweightings at the final degree, and at each degree below it.
-        Source: chosen by hand; no script derives it.
-    least_sigma : float, logarithm of intensity
-        Smallest residual scale of the Cauchy weights: the noise of the coating.
-        Source: chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give the same
-        heights (ADR 14).
-    """
-
-    samples_across: int = 160
-    rounds: int = 8
-    first_rounds: int = 4
-    least_sigma: float = 0.03
-
-
-BACKGROUND = BackgroundParameters()
-"""The values in use."""
+    # [count] Samples along the shorter side of the image; more add time and no accuracy.
+    samples_across = 160
+    # [count] Reweightings at the final degree, and at each degree below it.
+    rounds = 8
+    first_rounds = 4
+    # [logarithm of intensity] Smallest residual scale of the Cauchy weights: the noise of the
+    # coating. Source: chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give
+    # the same heights (ADR 14).
+    least_sigma = 0.03
 
 
 def smooth_background(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,34 +11,10 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Complex64, Float32
 
 
-class TableParameters(NamedTuple):
+class TABLE:
     """Parameters of lookup tables. The number of entries is an option of ``core.lookup_table``.
 
     Nothing sets the others from outside: they depend on no sensor.
-
-    Attributes
-    ----------
-    bins : int, count
-        Default number of entries per channel.
-        Source: [1]_, section 3.5: 80 × 80 × 80 entries.
-    low_percentile, high_percentile : float, percent
-        Range of the changes that the axis covers.
-        Source: chosen by hand; no script derives it.
-    margin_share : float, share of that range
-        Extension of the axis at both ends.
-        Source: chosen by hand; no script derives it.
-    least_margin : float, relative change
-        Added to the margin, so that equal changes have an axis, too.
-        Source: chosen by hand; no script derives it.
-    points : int, count
-        Default size of the coarse grid on which the dependence on the position is added.
-        Source: chosen on recorded three-colour balls (ADR 6).
-    place_offset : float, half widths of the image
-        Distance from the centre, along x and y, of the places over which a table is averaged.
-        Source: chosen by hand; no script derives it.
-    halvings : int, count
-        A model is evaluated at every 2^halvings-th entry, and interpolated between.
-        Source: the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 81).
 
     References
     ----------
@@ -47,21 +22,27 @@ class TableParameters(NamedTuple):
        estimating geometry and force", Sensors 17(12), 2017, sections 3.3 and 3.5.
     """
 
-    bins: int = 80
-    low_percentile: float = 0.02
-    high_percentile: float = 99.98
-    margin_share: float = 0.03
-    least_margin: float = 1e-3
-    points: int = 1_200
-    place_offset: float = 0.6
-    halvings: int = 2
+    # [count] Default number of entries per channel. Source: [1]_, section 3.5: 80 × 80 × 80
+    # entries.
+    bins = 80
+    # [percent] Range of the changes that the axis covers.
+    low_percentile = 0.02
+    high_percentile = 99.98
+    margin_share = 0.03  # [share of that range] Extension of the axis at both ends
+    # [relative change] Added to the margin, so that equal changes have an axis, too.
+    least_margin = 1e-3
+    # [count] Default size of the coarse grid on which the dependence on the position is added.
+    # Source: chosen on recorded three-colour balls (ADR 6).
+    points = 1_200
+    # [half widths of the image] Distance from the centre, along x and y, of the places over which
+    # a table is averaged.
+    place_offset = 0.6
+    # [count] A model is evaluated at every 2^halvings-th entry, and interpolated between. Source:
+    # the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 81).
+    halvings = 2
 
 
-TABLE = TableParameters()
-"""The values in use."""
-
-_LARGEST_BYTE = 255
-"""Largest entry per channel that fits into a byte."""
+_LARGEST_BYTE = 255  # Largest entry per channel that fits into a byte
 
 
 @dataclass(frozen=True)

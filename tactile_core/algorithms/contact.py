@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.quantile import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
@@ -17,54 +15,26 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
 
-class ContactParameters(NamedTuple):
-    """Parameters of contact detection that no option sets: they are relative to noise or depth.
+class CONTACT:
+    """Parameters of contact detection that no option sets: they are relative to noise or depth."""
 
-    Attributes
-    ----------
-    coarse_px : int, px²
-        Regions are found on a height map reduced to about this many pixels.
-        Source: chosen by hand; no script derives it.
-    noise_samples : int, count
-        Approximate number of pixels from which the noise is estimated.
-        Source: chosen by hand; no script derives it.
-    detection_sigmas : float, noise sigmas
-        A contact is deeper and steeper than this somewhere.
-        Source: chosen by hand; no script derives it.
-    region_sigmas : float, noise sigmas
-        The region of a contact is higher than this everywhere.
-        Source: chosen by hand; no script derives it.
-    largest_noise_share : float, share of the greatest height
-        Upper bound of the noise. The surface next to a wide contact bulges away from the object,
-        evenly and by up to a third of the depth; this is not noise.
-        Source: chosen by hand; no script derives it.
-    rayleigh_quartile : float, noise sigmas
-        Lower quartile of the length of a vector of two normal components.
-        Source: Rayleigh distribution, √(−2 ln 0.75).
-    bands : int, count
-        Bands of relative depth in which slopes are averaged.
-        Source: chosen by hand (ADR 24); no script derives it.
-    highest_band : int, count
-        The steepest contour is searched up to this band.
-        Source: chosen by hand; no script derives it.
-    border_ratio : float, ratio
-        Depth of the border over that of the steepest contour, which smoothing moves inwards.
-        Source: chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24).
-    """
-
-    coarse_px: int = 160 * 120
-    noise_samples: int = 4000
-    detection_sigmas: float = 5.0
-    region_sigmas: float = 2.5
-    largest_noise_share: float = 0.1
-    rayleigh_quartile: float = 0.7585
-    bands: int = 20
-    highest_band: int = 11
-    border_ratio: float = 0.8
-
-
-CONTACT = ContactParameters()
-"""The values in use."""
+    # [px²] Regions are found on a height map reduced to about this many pixels.
+    coarse_px = 160 * 120
+    noise_samples = 4000  # [count] Approximate number of pixels from which the noise is estimated
+    detection_sigmas = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere
+    region_sigmas = 2.5  # [noise sigmas] The region of a contact is higher than this everywhere
+    # [share of the greatest height] Upper bound of the noise. The surface next to a wide contact
+    # bulges away from the object, evenly and by up to a third of the depth; this is not noise.
+    largest_noise_share = 0.1
+    # [noise sigmas] Lower quartile of the length of a vector of two normal components. Source:
+    # Rayleigh distribution, √(−2 ln 0.75).
+    rayleigh_quartile = 0.7585
+    # [count] Bands of relative depth in which slopes are averaged. Source: by hand, (ADR 24).
+    bands = 20
+    highest_band = 11  # [count] The steepest contour is searched up to this band
+    # [ratio] Depth of the border over that of the steepest contour, which smoothing moves
+    # inwards. Source: chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24).
+    border_ratio = 0.8
 
 
 def contact_mask(
@@ -76,7 +46,6 @@ def contact_mask(
     border_fraction: float | None = None,
     min_slope: float = 0.1,
     min_area_mm2: float = 0.05,
-    compiled: bool = False,
 ) -> Bool:
     """Segment the contact area.
 
@@ -115,8 +84,6 @@ def contact_mask(
         Least slope of the flank of a contact, dimensionless.
     min_area_mm2 : float
         Least area of a contact, in mm².
-    compiled : bool
-        Whether to use compiled loops if they are available.
 
     Returns
     -------
@@ -142,20 +109,6 @@ def contact_mask(
     shrink = max(step_px, round(math.sqrt(mask.size / CONTACT.coarse_px)))
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrunk(height_mm, size)
-    loops = kernels.chosen(compiled)
-    # the loops need whole cells, also of the height
-    exact = (size[0] * shrink, size[1] * shrink) == (columns, rows) and shrink % step_px == 0
-    if loops is not None and exact and min(size) > 1:
-        borders_mm, spacing_mm = np.empty(coarse.shape, np.float32), shrink * mm_per_px
-        given = -1.0 if border_fraction is None else float(border_fraction)
-        area = min_area_mm2 / spacing_mm**2
-        options = float(min_indentation_mm), given, float(min_slope), area
-        box = loops.touched_regions(
-            coarse, spacing_mm, _sample_step(coarse), options, _OF_NOISE, _OF_BORDER, borders_mm
-        )
-        if box[1]:
-            loops.drawn_contact(np.ascontiguousarray(height_mm), borders_mm, box, step_px, mask)
-        return mask.view(bool)
     highest_mm = float(coarse.max())
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * highest_mm)
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
@@ -181,18 +134,7 @@ def contact_mask(
     return mask.view(bool)
 
 
-_OF_NOISE = (
-    SIGMA_PER_MEDIAN,
-    CONTACT.region_sigmas,
-    CONTACT.detection_sigmas,
-    CONTACT.largest_noise_share,
-    CONTACT.rayleigh_quartile,
-)
-_OF_BORDER = (CONTACT.bands, CONTACT.highest_band, CONTACT.border_ratio)
-"""Parameters of the compiled loops."""
-
-_SQUARE = np.ones((3, 3), np.uint8)
-"""Neighbourhood of a pixel."""
+_SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a pixel
 
 
 def _height_noise(coarse: Array) -> float:

@@ -3,36 +3,22 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 
 
-class RimParameters(NamedTuple):
-    """Discretisation of the Hankel transform. Nothing sets it from outside: it is converged.
+class RIM:
+    """Discretisation of the Hankel transform. Nothing sets it from outside: it is converged."""
 
-    Attributes
-    ----------
-    largest_wave : float, inverse contact radii
-        Upper end of the wave numbers, where the spectrum of the pressure has decayed.
-        Source: chosen by hand; no script derives it.
-    waves : int, count
-        Number of wave numbers.
-        Source: chosen by hand; no script derives it.
-    node : float, logarithm of the radius over the thickness
-        Spacing at which the share is calculated; it is interpolated between.
-        Source: chosen by hand; the error is below 1e-4.
-    """
-
-    largest_wave: float = 60.0
-    waves: int = 6000
-    node: float = 0.02
-
-
-RIM = RimParameters()
-"""The values in use."""
+    # [inverse contact radii] Upper end of the wave numbers, where the spectrum of the pressure
+    # has decayed.
+    largest_wave = 60.0
+    waves = 6000  # [count] Number of wave numbers
+    # [logarithm of the radius over the thickness] Spacing at which the share is calculated; it is
+    # interpolated between. Source: by hand, the error is below 1e-4.
+    node = 0.02
 
 
 def rim_share(

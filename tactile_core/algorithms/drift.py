@@ -7,67 +7,42 @@ frames, so a contact that is held for long is not absorbed into the reference.
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.half_sample import shorths
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.levels import LEVELS
 
 
-class DriftParameters(NamedTuple):
+class DRIFT:
     """Parameters of the drift estimate.
 
     Nothing sets them from outside: they are shares and ratios, the same for every sensor. A profile
     or a calibration only chooses whether drift is compensated.
-
-    Attributes
-    ----------
-    rows, columns : int, count
-        Cells of the grid on which frame and reference are compared.
-        Source: chosen by hand; no script derives it.
-    fewest_samples : int, count
-        With fewer readable cells no gain is estimated.
-        Source: chosen by hand; no script derives it.
-    dark_share : float, share of the full scale
-        Cells with a channel at or below it are left out.
-        Source: chosen by hand; no script derives it.
-    largest_log_gain : float, logarithm of the gain
-        Larger changes are no drift and are not compensated.
-        Source: chosen by hand (10 %, ADR 10); no script derives it.
-    noise_log : float, logarithm of the gain
-        Scale of the biweight; within twice this a cell is consistent with the gain.
-        Source: twice the 1.5 % noise of a light on the six-LED recordings.
-    least_share, full_share : float, share of the readable cells
-        Cells that must be consistent in all channels for the gain to be applied at all, and fully.
-        Source: chosen by hand (ADR 10); no script derives it.
-    rounds : int, count
-        Reweightings of the biweight.
-        Source: chosen by hand; no script derives it.
-    least_weight : float, sum of weights
-        Lower bound of the sum of weights, against division by zero.
-        Source: chosen by hand; no script derives it.
     """
 
-    rows: int = 24
-    columns: int = 32
-    fewest_samples: int = 100
-    dark_share: float = 0.02
-    largest_log_gain: float = 0.1
-    noise_log: float = 0.03
-    least_share: float = 0.2
-    full_share: float = 0.35
-    rounds: int = 3
-    least_weight: float = 1e-6
-
-
-DRIFT = DriftParameters()
-"""The values in use."""
+    # [count] Cells of the grid on which frame and reference are compared.
+    rows = 24
+    columns = 32
+    fewest_samples = 100  # [count] With fewer readable cells no gain is estimated
+    dark_share = 0.02  # [share of the full scale] Cells with a channel at or below it are left out
+    # [logarithm of the gain] Larger changes are no drift and are not compensated. Source: by
+    # hand, (10 %, ADR 10).
+    largest_log_gain = 0.1
+    # [logarithm of the gain] Scale of the biweight; within twice this a cell is consistent with
+    # the gain. Source: twice the 1.5 % noise of a light on the six-LED recordings.
+    noise_log = 0.03
+    # [share of the readable cells] Cells that must be consistent in all channels for the gain to
+    # be applied at all, and fully. Source: by hand, (ADR 10).
+    least_share = 0.2
+    full_share = 0.35
+    rounds = 3  # [count] Reweightings of the biweight
+    # [sum of weights] Lower bound of the sum of weights, against division by zero.
+    least_weight = 1e-6
 
 
 class LightChange(NamedTuple):
@@ -110,11 +85,9 @@ class ReferenceLevels:
         Image of the undeformed sensor.
     full_scale : float
         The intensity at which a channel saturates.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(self, reference: Array, full_scale: float, *, compiled: bool = False) -> None:
+    def __init__(self, reference: Array, full_scale: float) -> None:
         rows, columns, _ = reference.shape
         self._cells = min(DRIFT.columns, columns), min(DRIFT.rows, rows)
         across, down = (
@@ -126,11 +99,6 @@ class ReferenceLevels:
         self._full_scale = full_scale
         self._undeformed = self._cell_means(reference)
         self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
-        self._compiled = compiled
-        self._readable = np.where(self._bright, self._undeformed, np.float32(0))
-        # read-only, as masks of frames are, so that one compiled kernel takes both
-        self._nothing_hidden = np.zeros((rows, columns), np.uint8)
-        self._nothing_hidden.setflags(write=False)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
@@ -139,29 +107,15 @@ class ReferenceLevels:
 
     def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
         """Estimate the change of the light in a frame; None if too little of it is readable."""
-        loops = kernels.chosen(self._compiled)
-        quotients = self._quotients(pixels, marker_mask, loops)
+        quotients = self._quotients(pixels, marker_mask)
         if quotients.shape[1] < DRIFT.fewest_samples:
             return None
-        logs = np.log(quotients)
-        if loops is None:
-            return LightChange(*_undeformed_gain(logs))
-        parameters = DRIFT.rounds, DRIFT.noise_log, DRIFT.least_weight
-        gain, share = loops.undeformed_gain(logs, *parameters)
-        return LightChange(gain.astype(np.float32), share)
+        return LightChange(*_undeformed_gain(np.log(quotients)))
 
-    def _quotients(
-        self, pixels: Array, marker_mask: Array | None, loops: ModuleType | None
-    ) -> Array:
+    def _quotients(self, pixels: Array, marker_mask: Array | None) -> Array:
         """Means of the readable cells over those of the reference, (K, N) float32."""
         bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
         halved = len(self._down) == 2 * self._cells[1] and len(self._across) == 2 * self._cells[0]
-        if loops is not None and halved and pixels.dtype == np.uint8:
-            hidden = self._nothing_hidden if marker_mask is None else marker_mask.view(np.uint8)
-            quotients = np.empty(self._undeformed.shape, np.float32)
-            cells = (self._down, self._across), self._readable
-            count = loops.readable_quotients(pixels, hidden, *cells, bounds, quotients)
-            return quotients[:, :count].copy()
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > bounds[0]) & self._bright
         readable &= means.max(axis=0) < bounds[1]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -12,27 +10,16 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
 
-class EntropyParameters(NamedTuple):
-    """Parameters of the displacement entropy.
+class ENTROPY:
+    """Parameters of the displacement entropy."""
 
-    Attributes
-    ----------
-    bin_mm : float, mm
-        Width of a bin of the histogram. It is fixed: with a fixed number of bins the width would
-        grow with the load, and the entropy with it less.
-        Source: chosen by hand so that virtual grasps reach the entropy of the 2015 paper
-        (``docs/building/slip_curves.py``).
-    enough_pixels : int, px
-        Larger contacts are subsampled to about this many pixels.
-        Source: chosen by hand; a test checks that the entropy changes by less than 0.02 bits.
-    """
-
-    bin_mm: float = 1 / 256
-    enough_pixels: int = 30_000
-
-
-ENTROPY = EntropyParameters()
-"""The values in use."""
+    # [mm] Width of a bin of the histogram. It is fixed: with a fixed number of bins the width
+    # would grow with the load, and the entropy with it less. Source: by hand, so that virtual
+    # grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
+    bin_mm = 1 / 256
+    # [px] Larger contacts are subsampled to about this many pixels. Source: by hand, a test
+    # checks that the entropy changes by less than 0.02 bits.
+    enough_pixels = 30_000
 
 
 def displacement_entropy(

@@ -9,29 +9,25 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float64
 
-_SMALLEST_PX = 4.0
-"""Smallest pitch, px: a camera resolves no second harmonic of a finer pattern."""
+_SMALLEST_PX = 4.0  # Smallest pitch, px: a camera resolves no second harmonic of a finer pattern
 
+# Fewest periods across the shorter side: with fewer, uneven light looks like a pattern.
 _PERIODS = 3.5
-"""Fewest periods across the shorter side: with fewer, uneven light looks like a pattern."""
 
+# Least peak over the median spectrum: most gels without markers reach 17, with them 160.
 _CLEAR = 40.0
-"""Least peak over the median spectrum: most gels without markers reach 17, with them 160."""
 
-_ODD = 0.3
-"""Least of the weaker peak over the other: those of a square pattern are alike."""
+_ODD = 0.3  # Least of the weaker peak over the other: those of a square pattern are alike
 
+# Standard deviation of the smoothing, pitches: 1e-4 of the neighbouring harmonics is left.
 _SMOOTHING = 0.7
-"""Standard deviation of the smoothing, pitches: 1e-4 of the neighbouring harmonics is left."""
 
-_CHECKS = 0.25
-"""Second harmonics over the first: checks have 0.11, lines and dots 0.4 and more."""
+_CHECKS = 0.25  # Second harmonics over the first: checks have 0.11, lines and dots 0.4 and more
 
-_SQUARE = 0.15
-"""Largest deviation from a square, pitches: that of a hexagonal pattern is 0.5."""
+_SQUARE = 0.15  # Largest deviation from a square, pitches: that of a hexagonal pattern is 0.5
 
+# Largest error, share: what repeats less evenly is a strongly tilted view or no pattern.
 _UNSURE = 0.05
-"""Largest error, share: what repeats less evenly is a strongly tilted view or no pattern."""
 
 
 @dataclass(frozen=True)

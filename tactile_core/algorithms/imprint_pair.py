@@ -8,16 +8,13 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.circles.symmetry import vertex
 
-_BLUR_PX = 1.0
-"""Standard deviation of the smoothing, px: noise would sharpen the central peak."""
-_LEAST_LIGHT = 0.02
-"""Share of the brightest pixel: the logarithm of darker ones is noise."""
+_BLUR_PX = 1.0  # Standard deviation of the smoothing, px: noise would sharpen the central peak
+_LEAST_LIGHT = 0.02  # Share of the brightest pixel: the logarithm of darker ones is noise
 
+# Least correlation: two equal imprints have 0.5, single balls on recordings less than this.
 _ALIKE = 0.25
-"""Least correlation: two equal imprints have 0.5, single balls on recordings less than this."""
 
-_APART = 1.5
-"""Least distance, radii of the central peak: closer imprints share their slopes."""
+_APART = 1.5  # Least distance, radii of the central peak: closer imprints share their slopes
 
 
 def imprint_distance(pixels: Array, reference: Array) -> tuple[float, float] | None:

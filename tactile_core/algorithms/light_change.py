@@ -61,12 +61,11 @@ class LightChangeParameters(NamedTuple):
     fewest_cells: int = 25
 
 
-LIGHT_CHANGE = LightChangeParameters()
-"""The values in use."""
+LIGHT_CHANGE = LightChangeParameters()  # The values in use
 
+# Noise of unit variance keeps its variance, a plane vanishes. Every other cell, because compressed
+# images have noise that neighbours share.
 _LAPLACIAN = np.kron([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], [[1, 0], [0, 0]])[:5, :5] / 6
-"""Noise of unit variance keeps its variance, a plane vanishes. Every other cell, because compressed
-images have noise that neighbours share."""
 
 
 def change_in_detail(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,51 +12,22 @@ from numpy.typing import NDArray
 Box = tuple[int, int, int, int]
 
 
-class LitAreaParameters(NamedTuple):
+class LIT_AREA:
     """Parameters of the search for the illuminated area.
 
     Nothing sets them from outside: the result is a proposal that the user may edit in the profile.
-
-    Attributes
-    ----------
-    working_px : int, px
-        The longer side of the image is reduced to this.
-        Source: chosen by hand; no script derives it.
-    blur_px : float, px
-        Standard deviation of the smoothing of the reduced image.
-        Source: chosen by hand; no script derives it.
-    closing_px : int, px
-        Side of the closing that bridges markers and dust.
-        Source: chosen by hand; no script derives it.
-    bright_percentile : float, percent
-        Percentile of the brightness that counts as bright.
-        Source: chosen by hand; no script derives it.
-    dark_share : float, share of the bright level
-        Pixels up to this are not illuminated.
-        Source: chosen by hand; no script derives it.
-    edge_share : float, share of a side
-        The rectangle shrinks until this much of each side is illuminated.
-        Source: chosen by hand; no script derives it.
-    least_crop_share : float, share of the longer side
-        If less than this is to be cropped on every side, nothing is.
-        Source: chosen by hand; no script derives it.
-    least_area_share : float, share of the image
-        A smaller rectangle is not the gel surface.
-        Source: chosen by hand; no script derives it.
     """
 
-    working_px: int = 256
-    blur_px: float = 1.0
-    closing_px: int = 9
-    bright_percentile: float = 90
-    dark_share: float = 0.2
-    edge_share: float = 0.9
-    least_crop_share: float = 0.02
-    least_area_share: float = 0.1
-
-
-LIT_AREA = LitAreaParameters()
-"""The values in use."""
+    working_px = 256  # [px] The longer side of the image is reduced to this
+    blur_px = 1.0  # [px] Standard deviation of the smoothing of the reduced image
+    closing_px = 9  # [px] Side of the closing that bridges markers and dust
+    bright_percentile: float = 90  # [percent] Percentile of the brightness that counts as bright
+    dark_share = 0.2  # [share of the bright level] Pixels up to this are not illuminated
+    # [share of a side] The rectangle shrinks until this much of each side is illuminated.
+    edge_share = 0.9
+    # [share of the longer side] If less than this is to be cropped on every side, nothing is.
+    least_crop_share = 0.02
+    least_area_share = 0.1  # [share of the image] A smaller rectangle is not the gel surface
 
 
 @dataclass(frozen=True)

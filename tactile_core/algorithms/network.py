@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,45 +12,26 @@ from tactile_core.algorithms.arrays.regression import scaling
 from tactile_core.algorithms.arrays.types import Float32
 
 
-class TrainingParameters(NamedTuple):
+class TRAINING:
     """Parameters of evaluation and training that no argument of :func:`train` sets.
 
     Nothing sets them from outside: they depend on the method or the processor, not on a sensor.
-
-    Attributes
-    ----------
-    huber_error : float, length of normal_xy
-        Errors count as their square up to this and linearly beyond, so that outliers (surface that
-        has left the ball, dirt) do not dominate the fit.
-        Source: chosen by hand; no script derives it.
-    block : int, count
-        Samples that are evaluated together and stay in the cache.
-        Source: chosen by hand; no script derives it.
-    smallest_batch : int, count
-        Lower bound of the samples in a batch.
-        Source: chosen by hand; no script derives it.
-    least_rate_share : float, share of the peak rate
-        Added to the cosine schedule, so that the last steps are not zero.
-        Source: chosen by hand; no script derives it.
-    beta_1, beta_2 : float, ratio
-        Decay of the moments of the gradient.
-        Source: Kingma and Ba, Algorithm 1 (default values).
-    epsilon : float, root of the second moment
-        Lower bound of the divisor.
-        Source: Kingma and Ba, Algorithm 1 (default value).
     """
 
-    huber_error: float = 0.25
-    block: int = 4096
-    smallest_batch: int = 32
-    least_rate_share: float = 1e-3
-    beta_1: float = 0.9
-    beta_2: float = 0.999
-    epsilon: float = 1e-8
-
-
-TRAINING = TrainingParameters()
-"""The values in use."""
+    # [length of normal_xy] Errors count as their square up to this and linearly beyond, so that
+    # outliers (surface that has left the ball, dirt) do not dominate the fit.
+    huber_error = 0.25
+    block = 4096  # [count] Samples that are evaluated together and stay in the cache
+    smallest_batch = 32  # [count] Lower bound of the samples in a batch
+    # [share of the peak rate] Added to the cosine schedule, so that the last steps are not zero.
+    least_rate_share = 1e-3
+    # [ratio] Decay of the moments of the gradient. Source: Kingma and Ba, Algorithm 1 (default
+    # values).
+    beta_1 = 0.9
+    beta_2 = 0.999
+    # [root of the second moment] Lower bound of the divisor. Source: Kingma and Ba, Algorithm 1
+    # (default value).
+    epsilon = 1e-8
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,31 +8,21 @@ mean towards a vertical wall.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32
 
 
-class NormalParameters(NamedTuple):
+class NORMALS:
     """Bound of the normals that slope models return.
 
     Nothing sets it from outside: stored models and their tables are made with it.
-
-    Attributes
-    ----------
-    steepest_sine : float, ratio
-        Largest length of ``normal_xy``, the sine of 78.5°. Steeper normals keep their direction.
-        Source: chosen by hand; no script derives it.
     """
 
-    steepest_sine: float = 0.98
-
-
-NORMALS = NormalParameters()
-"""The values in use."""
+    # [ratio] Largest length of ``normal_xy``, the sine of 78.5°. Steeper normals keep their
+    # direction.
+    steepest_sine = 0.98
 
 
 def to_gradient(normal_xy: Float32) -> Float32:

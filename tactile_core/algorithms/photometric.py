@@ -6,48 +6,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
 
-_MOST_SUMMED = 15
-"""Side of the largest square of bytes that the kernel sums up in 16 bits."""
 
-
-class MarkerFillParameters(NamedTuple):
+class MARKER_FILL:
     """Parameters of filling markers from the gel surface around them.
 
     Nothing sets them from outside: the size of the markers sets the size of the neighbourhood.
-
-    Attributes
-    ----------
-    fewest_cells : int, count
-        The image is halved while a neighbourhood is still at least this many cells wide.
-        Source: chosen by hand; no script derives it.
-    diameters : int, marker diameters
-        Side of the neighbourhood, to which one pixel is added.
-        Source: chosen by hand; no script derives it.
-    least_surface_px : float, px
-        Lower bound of the area that a mean is taken over, against division by zero.
-        Source: chosen by hand; no script derives it.
     """
 
-    fewest_cells: int = 6
-    diameters: int = 2
-    least_surface_px: float = 1e-3
-
-
-MARKER_FILL = MarkerFillParameters()
-"""The values in use."""
+    # [count] The image is halved while a neighbourhood is still at least this many cells wide.
+    fewest_cells = 6
+    diameters = 2  # [marker diameters] Side of the neighbourhood, to which one pixel is added
+    # [px] Lower bound of the area that a mean is taken over, against division by zero.
+    least_surface_px = 1e-3
 
 
 @dataclass(frozen=True)
@@ -152,13 +134,10 @@ class AroundMarkers:
         From :func:`bare_mask`.
     size_px : int
         Side of the neighbourhood that markers are filled from.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(self, surface: NDArray[np.uint8], size_px: int, *, compiled: bool = False) -> None:
+    def __init__(self, surface: NDArray[np.uint8], size_px: int) -> None:
         self._surface = surface
-        self._compiled = compiled
         rows, columns = surface.shape
         # The mean around a marker varies slowly, so a coarser image suffices. Halving is by far
         # the fastest way to make one.
@@ -178,26 +157,12 @@ class AroundMarkers:
         counts /= np.float32(255)
         return np.maximum(counts, np.float32(MARKER_FILL.least_surface_px), out=counts)
 
-    def filled(self, part: NDArray[Any], *, zero: bool = False) -> NDArray[Any]:
-        """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype.
-
-        ``zero`` says that the markers are 0 already.
-        """
-        if zero:
-            loops = kernels.chosen(self._compiled)
-            rows, columns = self._surface.shape
-            few = self._coarse == (columns, rows) and self._side <= _MOST_SUMMED
-            if loops is not None and few and part.dtype == np.uint8 and part.shape[2:] == (3,):
-                filled = np.empty_like(part)
-                wide = part.reshape(rows, -1), filled.reshape(rows, -1)
-                loops.filled_where_hidden(wide[0], self._surface & 1, self._side // 2, wide[1])
-                return filled
-            total = self._total(part)
-        else:
-            with borrowed(part.shape, part.dtype) as without:
-                without.fill(0)
-                cv2.copyTo(part, self._surface, without)
-                total = self._total(without)
+    def filled(self, part: NDArray[Any]) -> NDArray[Any]:
+        """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
+        with borrowed(part.shape, part.dtype) as without:
+            without.fill(0)
+            cv2.copyTo(part, self._surface, without)
+            total = self._total(without)
         count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
         around = cv2.divide(total, count, dtype=cv2.CV_8U if part.dtype == np.uint8 else -1)
         if part.dtype == np.uint16:

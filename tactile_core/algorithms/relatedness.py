@@ -9,14 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+# Width and height at which images are compared: an imprint still fills some pixels.
 _SIZE_PX = 32, 24
-"""Width and height at which images are compared: an imprint still fills some pixels."""
 
+# Least ratio of unrelated images: recorded presses have 0.49 or more, grasps 0.25 or less.
 _UNRELATED = 0.4
-"""Least ratio of unrelated images: recorded presses have 0.49 or more, grasps 0.25 or less."""
 
-_LEAST_CHANGE = 0.006
-"""Of full scale. Noise and the light change by less, and are unrelated, too."""
+_LEAST_CHANGE = 0.006  # Of full scale. Noise and the light change by less, and are unrelated, too.
 
 
 def are_unrelated(pairs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> bool:

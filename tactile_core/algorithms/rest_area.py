@@ -7,7 +7,6 @@ surface is undeformed, the height is known to be 0, which reveals this error.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -20,72 +19,50 @@ from tactile_core.algorithms.poisson.screened import solve_screened
 from tactile_core.algorithms.slope_grid import coarse_size
 
 
-class RestAreaParameters(NamedTuple):
-    """Parameters of the undeformed area that no option sets.
+class REST_AREA:
+    """Parameters of the undeformed area that no option sets."""
 
-    Attributes
-    ----------
-    cells : int, count
-        Approximate number of cells over which slopes are averaged to find the undeformed area.
-        Source: chosen by hand; 1200, 4800 and 19200 give equal heights (ADR 47).
-    cells_per_error : int, ratio
-        These cells across and down share one value of the error, which is much smoother.
-        Source: heights differ by less than 1 µm from those of an error in each cell (ADR 86).
-    calm_slope : float, slope
-        Mean slope of a cell up to which it may be undeformed.
-        Source: chosen by hand; 0.02 to 0.08 give equal heights (ADR 47).
-    margin_thicknesses : float, gel thicknesses
-        At this distance from the nearest cell that is not calm, a cell has 63 % of its weight,
-        since the gel bulges around a contact.
-        Source: chosen by hand on virtual presses and the recordings of ADR 47, which are therefore
-        no independent test of it.
-    decay_thicknesses : float, gel thicknesses
-        Length over which an error vanishes in the undeformed part.
-        Source: chosen by hand like ``margin_thicknesses``, between low heights far from contacts
-        (short) and the true bulge next to them (long).
-    raised_share : float, share of the greatest height
-        Cells raised by this have half the weight of others, and higher ones hardly any. Where
-        they are calm, they are parts of their own.
-        Source: the bulge next to an object, by the mechanics of the virtual gel at most a third.
-    least_raised_mm : float, mm
-        Lower bound of the height of a raised cell, for images without a contact.
-        Source: chosen by hand, above the least depth of a contact.
-    main_share : float, share of the image
-        A calm part of this size at the level of the gel is undeformed, whatever its rim.
-        Source: chosen by hand; no script derives it.
-    steep_share : float, share of the rim
-        A raised calm part with a larger share of steep rim is the top of an object.
-        Source: an object is steep around most of its outline, an error of the height nowhere; half
-        is between.
-    held : float, ratio
-        Weight of the height as integrated, relative to that of the undeformed surface. It only
-        matters far from any undeformed surface.
-        Source: chosen by hand, small enough to have no effect within an image.
-    rounds : int, count
-        Searches for raised cells, since the correction changes the heights.
-        Source: chosen by hand; a third round changes nothing.
-    smooth_factor : int, ratio
-        Factor by which the correction is enlarged by cubic interpolation, before linear
-        interpolation, which is faster.
-        Source: chosen by hand; no script derives it.
-    """
-
-    cells: int = 1200
-    cells_per_error: int = 2
-    calm_slope: float = 0.04
-    margin_thicknesses: float = 2.0
-    decay_thicknesses: float = 0.75
-    raised_share: float = 0.3
-    least_raised_mm: float = 0.05
-    main_share: float = 0.3
-    steep_share: float = 0.5
-    held: float = 1e-3
-    rounds: int = 2
-    smooth_factor: int = 4
-
-
-REST_AREA = RestAreaParameters()
-"""The values in use."""
+    # [count] Approximate number of cells over which slopes are averaged to find the undeformed
+    # area. Source: by hand, 1200, 4800 and 19200 give equal heights (ADR 47).
+    cells = 1200
+    # [ratio] These cells across and down share one value of the error, which is much smoother.
+    # Source: heights differ by less than 1 µm from those of an error in each cell (ADR 86).
+    cells_per_error = 2
+    # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.02 to 0.08
+    # give equal heights (ADR 47).
+    calm_slope = 0.04
+    # [gel thicknesses] At this distance from the nearest cell that is not calm, a cell has 63 %
+    # of its weight, since the gel bulges around a contact. Source: by hand, on virtual presses
+    # and the recordings of ADR 47, which are therefore no independent test of it.
+    margin_thicknesses = 2.0
+    # [gel thicknesses] Length over which an error vanishes in the undeformed part. Source: by
+    # hand, like ``margin_thicknesses``, between low heights far from contacts (short) and the
+    # true bulge next to them (long).
+    decay_thicknesses = 0.75
+    # [share of the greatest height] Cells raised by this have half the weight of others, and
+    # higher ones hardly any. Where they are calm, they are parts of their own. Source: the bulge
+    # next to an object, by the mechanics of the virtual gel at most a third.
+    raised_share = 0.3
+    # [mm] Lower bound of the height of a raised cell, for images without a contact. Source: by
+    # hand, above the least depth of a contact.
+    least_raised_mm = 0.05
+    # [share of the image] A calm part of this size at the level of the gel is undeformed,
+    # whatever its rim.
+    main_share = 0.3
+    # [share of the rim] A raised calm part with a larger share of steep rim is the top of an
+    # object. Source: an object is steep around most of its outline, an error of the height
+    # nowhere; half is between.
+    steep_share = 0.5
+    # [ratio] Weight of the height as integrated, relative to that of the undeformed surface. It
+    # only matters far from any undeformed surface. Source: by hand, small enough to have no
+    # effect within an image.
+    held = 1e-3
+    # [count] Searches for raised cells, since the correction changes the heights. Source: by
+    # hand, a third round changes nothing.
+    rounds = 2
+    # [ratio] Factor by which the correction is enlarged by cubic interpolation, before linear
+    # interpolation, which is faster.
+    smooth_factor = 4
 
 
 def height_error(

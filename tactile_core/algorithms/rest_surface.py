@@ -11,58 +11,30 @@ import numpy as np
 from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
-from tactile_core.algorithms.arrays.symmetric import solved
 from tactile_core.algorithms.arrays.types import Array, Float64
 
 
-class RestParameters(NamedTuple):
-    """Parameters of the search for the rest surface. What a user may set is the largest tilt.
+class REST:
+    """Parameters of the search for the rest surface. What a user may set is the largest tilt."""
 
-    Attributes
-    ----------
-    samples : int, count
-        Approximate number of pixels that are used.
-        Source: chosen by hand; no script derives it.
-    rounds : int, count
-        Reweightings of the biweight regression.
-        Source: chosen by hand; no script derives it.
-    biweight_sigmas : float, standard deviations
-        Residuals beyond it have no weight.
-        Source: chosen by hand; near the 4.685 that gives the biweight an efficiency of 95 % on
-        normal residuals.
-    least_calm_share : float, share of the samples
-        Samples near the median slope that a tilt takes to count as drift.
-        Source: chosen by hand; no script derives it.
-    bulge_ratio : float, share of the range of heights
-        The surface next to an object bulges down by less than this.
-        Source: chosen by hand; by the mechanics of the virtual gel it is at most a third.
-    least_below_share : float, share of the calm samples
-        With this many samples below the bulge, they are the rest surface.
-        Source: chosen by hand; no script derives it.
-    least_sigma_mm : float, mm
-        Lower bound of the residual scale, against division by zero.
-        Source: chosen by hand; no script derives it.
-    half_width_sigmas : float, standard deviations
-        Length of the shortest interval that holds half of a normal distribution.
-        Source: the interquartile range of the normal distribution, 2 × 0.6745.
-    ridge : float, per sample
-        Makes an image of one row or one column solvable.
-        Source: chosen by hand; no script derives it.
-    """
-
-    samples: int = 1200
-    rounds: int = 3
-    biweight_sigmas: float = 4.5
-    least_calm_share: float = 0.3
-    bulge_ratio: float = 0.3
-    least_below_share: float = 0.2
-    least_sigma_mm: float = 1e-6
-    half_width_sigmas: float = 1.349
-    ridge: float = 1e-12
-
-
-REST = RestParameters()
-"""The values in use."""
+    samples = 1200  # [count] Approximate number of pixels that are used
+    rounds = 3  # [count] Reweightings of the biweight regression
+    # [standard deviations] Residuals beyond it have no weight. Source: by hand, near the 4.685
+    # that gives the biweight an efficiency of 95 % on normal residuals.
+    biweight_sigmas = 4.5
+    # [share of the samples] Samples near the median slope that a tilt takes to count as drift.
+    least_calm_share = 0.3
+    # [share of the range of heights] The surface next to an object bulges down by less than this.
+    # Source: by hand, by the mechanics of the virtual gel it is at most a third.
+    bulge_ratio = 0.3
+    # [share of the calm samples] With this many samples below the bulge, they are the rest
+    # surface.
+    least_below_share = 0.2
+    least_sigma_mm = 1e-6  # [mm] Lower bound of the residual scale, against division by zero
+    # [standard deviations] Length of the shortest interval that holds half of a normal
+    # distribution. Source: the interquartile range of the normal distribution, 2 × 0.6745.
+    half_width_sigmas = 1.349
+    ridge = 1e-12  # [per sample] Makes an image of one row or one column solvable
 
 
 class RestPlane(NamedTuple):
@@ -196,20 +168,20 @@ def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
     return level, min(spread, apart / REST.biweight_sigmas)
 
 
-def _robust_plane(
-    terms: Array, z: Array, plane: tuple[float, float, float], sigma: float
-) -> tuple[float, float, float]:
+def _robust_plane(terms: Array, z: Array, start: tuple[float, ...], sigma: float) -> list[float]:
     """Tukey's biweight regression of (N,) heights on (3, N) terms, from a good start."""
-    residual = z - np.dot(plane, terms)
+    plane = np.array(start)
+    residual = z - plane @ terms
     for last in range(REST.rounds - 1, -1, -1):
         near = residual * (1 / (REST.biweight_sigmas * max(sigma, REST.least_sigma_mm)))
         near *= near
         weights = 1 - np.minimum(near, 1)
         weights *= weights
         weighted = terms * weights
-        change = solved(weighted @ terms.T, weighted @ residual, REST.ridge * len(z))
-        plane = plane[0] + change[0], plane[1] + change[1], plane[2] + change[2]
+        normal = weighted @ terms.T + REST.ridge * len(z) * np.eye(3)
+        plane += np.linalg.solve(normal, weighted @ residual)
         if last:
-            residual = z - np.dot(plane, terms)
+            residual = z - plane @ terms
             sigma = sigma_of(residual[near < 1].astype(z.dtype))
-    return plane
+    found: list[float] = plane.tolist()
+    return found

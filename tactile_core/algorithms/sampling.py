@@ -3,43 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
 from tactile_core.algorithms.arrays.types import Bool
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
 
-class SamplingParameters(NamedTuple):
-    """Parameters of the coarse grid. Nothing sets them from outside: they are relative to the blur.
+class SAMPLING:
+    """Parameters of the coarse grid.
 
-    Attributes
-    ----------
-    sigma_per_step : float, ratio
-        Standard deviation of the smoothing over the step of the grid.
-        Source: chosen by hand. On the recorded three-colour balls the errors of the normals then
-        stay within 0.1° of those at every pixel (ADR 30).
-    window_sigmas : float, standard deviations
-        Half the width of the Gaussian window.
-        Source: chosen by hand; no script derives it.
-    bare_level : int, of 255
-        A coarse pixel shows the gel surface if at least this share of it is free of markers.
-        Source: one half (ADR 30).
+    Nothing sets them from outside: they are relative to the blur.
     """
 
-    sigma_per_step: float = 0.75
-    window_sigmas: float = 2.5
-    bare_level: int = 128
-
-
-SAMPLING = SamplingParameters()
-"""The values in use."""
+    # [ratio] Standard deviation of the smoothing over the step of the grid. Source: by hand, . On
+    # the recorded three-colour balls the errors of the normals then stay within 0.1° of those at
+    # every pixel (ADR 30).
+    sigma_per_step = 0.75
+    window_sigmas = 2.5  # [standard deviations] Half the width of the Gaussian window
+    # [of 255] A coarse pixel shows the gel surface if at least this share of it is free of
+    # markers. Source: one half (ADR 30).
+    bare_level = 128
 
 
 @dataclass(frozen=True)
@@ -61,8 +50,6 @@ class Sampling:
     around_px : int
         Side of the neighbourhood that markers are filled from, in coarse pixels; 0 for a gel
         without markers.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     averaged : bool
         Whether the grid is wider than the smoothing allows; see :meth:`wider`.
     """
@@ -71,7 +58,6 @@ class Sampling:
     shape: tuple[int, int]
     blur: float
     around_px: int
-    compiled: bool = False
     averaged: bool = False
 
     @classmethod
@@ -80,8 +66,6 @@ class Sampling:
         shape: tuple[int, int],
         marker_mask: Bool | None,
         blur_px: float,
-        *,
-        compiled: bool = False,
     ) -> Self:
         """Choose the grid for images of (rows, columns) and about this standard deviation."""
         step = max(1, int(blur_px / SAMPLING.sigma_per_step))
@@ -90,7 +74,7 @@ class Sampling:
         remaining = max(0.0, variance) ** 0.5 / step
         rows, columns = (-(-side // step) for side in shape)
         around_px = -(-around_markers(marker_mask) // step)
-        return cls(step, (rows, columns), remaining, around_px, compiled)
+        return cls(step, (rows, columns), remaining, around_px)
 
     def wider(self) -> Self:
         """Return the sampling to coarse pixels of twice this side, whose mean is their smoothing.
@@ -130,37 +114,17 @@ class Sampling:
             for times in self._factors:
                 parts = [_coarse(part, times) for part in parts]
             return [self._smooth(part) for part in parts]
-        hidden, zero = marker_mask, False
+        hidden = marker_mask
         for times in self._factors:
-            halved = self._halved(parts, hidden) if times == 2 else None
-            share, parts = halved or _of_surface(parts, hidden, times)
-            hidden, zero = share < SAMPLING.bare_level, halved is not None
-        around = AroundMarkers(bare_mask(hidden), self.around_px, compiled=self.compiled)
-        return [self._smooth(around.filled(part, zero=zero)) for part in parts]
+            share, parts = _of_surface(parts, hidden, times)
+            hidden = share < SAMPLING.bare_level
+        around = AroundMarkers(bare_mask(hidden), self.around_px)
+        return [self._smooth(around.filled(part)) for part in parts]
 
     @property
     def _factors(self) -> tuple[int, ...]:
         """Factors by which an image is shrunk, one after the other."""
         return (self.step // 2, 2) if self.averaged else (self.step,)
-
-    def _halved(
-        self, parts: list[NDArray[Any]], hidden: Bool
-    ) -> tuple[NDArray[np.uint8], list[NDArray[Any]]] | None:
-        """Average each coarse pixel over its bare part, by a kernel; None where there is none.
-
-        Coarse pixels that markers mostly hide are 0.
-        """
-        loops = kernels.chosen(self.compiled)
-        rows, columns = (side // 2 for side in hidden.shape)
-        if loops is None or parts[0].shape != (2 * rows, 2 * columns, 3):
-            return None
-        if parts[0].dtype != np.uint8:
-            return None
-        share = np.empty((rows, columns), np.uint8)
-        small = np.empty((rows, columns, 3), np.uint8)
-        wide = parts[0].reshape(2 * rows, -1), small.reshape(rows, -1)
-        loops.halved_where_bare(wide[0], hidden.view(np.uint8), SAMPLING.bare_level, share, wide[1])
-        return share, [small]
 
     def _smooth(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.blur == 0:

@@ -18,52 +18,33 @@ from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.types import Array
 
 
-class SequenceParameters(NamedTuple):
+class SEQUENCE:
     """Parameters of the verification of exposures.
 
     Nothing sets them from outside: they are ratios, the same for every rig with sequential lights.
-
-    Attributes
-    ----------
-    rows, columns : int, count
-        Cells of the grid on which exposures are compared.
-        Source: chosen by hand; no script derives it.
-    samples_across_cell : int, count
-        Samples along each side of a cell, averaged to reduce the noise of the coating.
-        Source: chosen by hand; no script derives it.
-    better_ratio : float, ratio
-        An exposure shows another light if its quotient with that reference is narrower by this.
-        Source: chosen on the six-LED ball grids, where a correct exposure is narrower with its own
-        reference by a factor of at least 1.9 (ADR 9).
-    same_ratio : float, ratio
-        Two exposures show one light if they differ by less than this share of the difference
-        between their references.
-        Source: chosen by hand; no script derives it.
-    same_ratio_without_reference : float, ratio
-        The same as a share of the median difference between two exposures.
-        Source: chosen by hand; no script derives it.
-    dark_among, dark_alone : float, ratio
-        An exposure is dark if its brightness relative to the reference is below ``dark_among``
-        times the median of all exposures, or below ``dark_alone``.
-        Source: chosen by hand; no script derives it.
-    dark_share : float, share of the full scale
-        Mean intensity below which an exposure is dark, and offset of the logarithm.
-        Source: one grey level of 8 bits, about 1 / 255.
     """
 
-    rows: int = 16
-    columns: int = 20
-    samples_across_cell: int = 3
-    better_ratio: float = 0.65
-    same_ratio: float = 0.3
-    same_ratio_without_reference: float = 0.1
-    dark_among: float = 0.5
-    dark_alone: float = 0.3
-    dark_share: float = 0.004
-
-
-SEQUENCE = SequenceParameters()
-"""The values in use."""
+    # [count] Cells of the grid on which exposures are compared.
+    rows = 16
+    columns = 20
+    # [count] Samples along each side of a cell, averaged to reduce the noise of the coating.
+    samples_across_cell = 3
+    # [ratio] An exposure shows another light if its quotient with that reference is narrower by
+    # this. Source: chosen on the six-LED ball grids, where a correct exposure is narrower with
+    # its own reference by a factor of at least 1.9 (ADR 9).
+    better_ratio = 0.65
+    # [ratio] Two exposures show one light if they differ by less than this share of the
+    # difference between their references.
+    same_ratio = 0.3
+    # [ratio] The same as a share of the median difference between two exposures.
+    same_ratio_without_reference = 0.1
+    # [ratio] An exposure is dark if its brightness relative to the reference is below
+    # ``dark_among`` times the median of all exposures, or below ``dark_alone``.
+    dark_among = 0.5
+    dark_alone = 0.3
+    # [share of the full scale] Mean intensity below which an exposure is dark, and offset of the
+    # logarithm. Source: one grey level of 8 bits, about 1 / 255.
+    dark_share = 0.004
 
 
 class Pattern(NamedTuple):

@@ -11,11 +11,9 @@ from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.normal_xy import planes_to_gradient, to_normal_xy
 
+# Heights are integrated from means over 2 × 2 cells where so many are left. Source: chosen by hand:
+# a grid of 160 × 120, on which contacts are found, too (ADR 86).
 HEIGHT_CELLS = 160 * 120
-"""Heights are integrated from means over 2 × 2 cells where so many are left.
-
-Source: chosen by hand: a grid of 160 × 120, on which contacts are found, too (ADR 86).
-"""
 
 
 class SlopeCells(NamedTuple):

@@ -2,54 +2,36 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-class ErrorParameters(NamedTuple):
-    """Parameters of the standard deviation of slopes. Nothing sets them from outside.
+class ERRORS:
+    """Parameters of the standard deviation of slopes. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    within_one_std : float, share
-        Share of errors within one standard deviation. The quantile is used instead of the root
-        mean square, because errors have heavy tails.
-        Source: normal distribution.
-    bins : int, count
-        Bins of the slope, of equal ratio.
-        Source: chosen by hand; errors vary smoothly with the slope.
-    min_samples : int, count
-        Neighbouring bins are merged until each holds as many pixels.
-        Source: a hundred values give the quantile within a tenth.
-    smallest_share : float, share
-        Quantile of the slopes other than 0 that counts as the smallest slope that a model returns.
-        Source: chosen by hand; nearly the smallest, but not a single pixel's.
-    least_slope : float, mm per mm
-        All smaller slopes share the lowest bin.
-        Source: a fiftieth of a degree, far below the noise of any sensor.
-    edge_px : float, px
-        Error of position of a feature of the surface. Where slopes vary, it is an error of slope.
-        Source: ``benchmarks/uncertainty.py`` on virtual indenters other than the ball.
-    max_cells : int, count
-        Cells along the longer side of the image.
-        Source: chosen by hand for speed; standard deviations vary slowly.
-    """
-
-    within_one_std: float = 0.6827
-    bins: int = 18
-    min_samples: int = 100
-    smallest_share: float = 0.02
-    least_slope: float = 3e-4
-    edge_px: float = 1.0
-    max_cells: int = 160
-
-
-ERRORS = ErrorParameters()
-"""The values in use."""
+    # [share] Share of errors within one standard deviation. The quantile is used instead of the
+    # root mean square, because errors have heavy tails. Source: normal distribution.
+    within_one_std = 0.6827
+    # [count] Bins of the slope, of equal ratio. Source: by hand, errors vary smoothly with the
+    # slope.
+    bins = 18
+    # [count] Neighbouring bins are merged until each holds as many pixels. Source: a hundred
+    # values give the quantile within a tenth.
+    min_samples = 100
+    # [share] Quantile of the slopes other than 0 that counts as the smallest slope that a model
+    # returns. Source: by hand, nearly the smallest, but not a single pixel's.
+    smallest_share = 0.02
+    # [mm per mm] All smaller slopes share the lowest bin. Source: a fiftieth of a degree, far
+    # below the noise of any sensor.
+    least_slope = 3e-4
+    # [px] Error of position of a feature of the surface. Where slopes vary, it is an error of
+    # slope. Source: ``benchmarks/uncertainty.py`` on virtual indenters other than the ball.
+    edge_px = 1.0
+    # [count] Cells along the longer side of the image. Source: by hand, for speed; standard
+    # deviations vary slowly.
+    max_cells = 160
 
 
 def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:

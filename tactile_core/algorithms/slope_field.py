@@ -21,11 +21,9 @@ from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
 from tactile_core.algorithms.slope_grid import Model, SlopeGrid
 
+# On images up to this size the model is evaluated at every pixel. Source: chosen by hand; no script
+# derives it.
 EXACT_PIXELS = 20_000
-"""On images up to this size the model is evaluated at every pixel.
-
-Source: chosen by hand; no script derives it.
-"""
 
 
 def takes_table(shape: tuple[int, int, int]) -> bool:
@@ -52,8 +50,6 @@ class SlopeField:
         The intensity at which a channel saturates.
     blur_px : float
         Standard deviation of the smoothing.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     def __init__(
@@ -65,16 +61,13 @@ class SlopeField:
         *,
         full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
-        compiled: bool = False,
     ) -> None:
         self._model = model
         self._table = table if takes_table(reference.shape) else None
         self._reference = reference, reference_markers
         self._full_scale = full_scale
         self._blur_px = blur_px
-        self._sampling = Sampling.of(
-            reference.shape[:2], reference_markers, blur_px, compiled=compiled
-        )
+        self._sampling = Sampling.of(reference.shape[:2], reference_markers, blur_px)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame, on a grid as coarse as their smoothing allows.

@@ -14,13 +14,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import NORMALS, planes_to_gradient
+from tactile_core.algorithms.normal_xy import planes_to_gradient
 from tactile_core.algorithms.photometric import place, relative_change
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_cells import SlopeCells
@@ -28,41 +27,28 @@ from tactile_core.algorithms.slope_cells import SlopeCells
 Model = Callable[[Float32], Float32]
 
 
-class SlopeGridParameters(NamedTuple):
+class SLOPE_GRID:
     """Parameters of the evaluation of slope models.
 
     Nothing sets them from outside: they trade time against accuracy and depend on no sensor.
-
-    Attributes
-    ----------
-    least_step_ratio, largest_step_ratio : float, ratio
-        Range of the step of the coarse grid, over the step that gives the wanted number of points,
-        in which a step that divides both sides is preferred.
-        Source: chosen by hand; no script derives it.
-    small_change : float, relative change
-        Where the light changed by less, the model is replaced by its first derivatives.
-        Source: chosen by hand: normals differ by less than 0.1° (ADR 86).
-    derivative_change : float, relative change
-        Distance of the central differences that estimate them.
-        Source: half of ``small_change``.
-    smooth_error : float, sine of the angle
-        Mean error of these derivatives from which the model counts as not smooth.
-        Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
-    most_rows : int, count
-        Rows of bytes that are summed up in 16 bits.
-        Source: the largest sum is 2¹⁶ − 1 = 257 × 255.
     """
 
-    least_step_ratio: float = 0.6
-    largest_step_ratio: float = 1.6
-    small_change: float = 0.02
-    derivative_change: float = 0.01
-    smooth_error: float = 0.00175
-    most_rows: int = 257
-
-
-SLOPE_GRID = SlopeGridParameters()
-"""The values in use."""
+    # [ratio] Range of the step of the coarse grid, over the step that gives the wanted number of
+    # points, in which a step that divides both sides is preferred.
+    least_step_ratio = 0.6
+    largest_step_ratio = 1.6
+    # [relative change] Where the light changed by less, the model is replaced by its first
+    # derivatives. Source: by hand, : normals differ by less than 0.1° (ADR 86).
+    small_change = 0.02
+    # [relative change] Distance of the central differences that estimate them. Source: half of
+    # ``small_change``.
+    derivative_change = 0.01
+    # [sine of the angle] Mean error of these derivatives from which the model counts as not
+    # smooth. Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
+    smooth_error = 0.00175
+    # [count] Rows of bytes that are summed up in 16 bits. Source: the largest sum is 2¹⁶ − 1 =
+    # 257 × 255.
+    most_rows = 257
 
 
 class SlopeGrid:
@@ -155,13 +141,6 @@ class SlopeGrid:
         self, still: _Still, colours: Float32
     ) -> tuple[Float32, NDArray[np.intp], Float32]:
         """Extrapolate the model from the reference; also, where colours changed much, and how."""
-        loops = kernels.chosen(self._sampling.compiled)
-        if loops is not None and colours.shape[1] == 3:
-            found = np.empty(still.normal_xy.shape, np.float32)
-            changed, change = np.empty(len(colours), np.intp), np.empty_like(colours)
-            into = SLOPE_GRID.small_change, found, changed, change
-            count = loops.extrapolated(colours, self._base, *still, *into)
-            return found, changed[:count], change[:count]
         change = self._change(colours)
         # sums and maxima over long rows take a fifth of the time of those over short ones
         rows = np.ascontiguousarray(change.T)
@@ -178,17 +157,6 @@ class SlopeGrid:
         """
         h, w = smoothed.shape[:2]
         columns, rows = self._coarse
-        loops = kernels.chosen(self._sampling.compiled)
-        tiled = h % rows == w % columns == 0
-        if loops is not None and smoothed.dtype == np.uint8 and tiled:
-            wide = smoothed.reshape(h, -1), self._base_u8.reshape(h, -1)
-            axis = table.axis.per_unit, table.axis.first, table.axis.count
-            pairs = table.normal_xy.view(np.int64).reshape(-1)
-            colours = np.empty((rows, columns, 3), np.float32)
-            normals = np.empty((2, rows, columns), np.float32)
-            means = colours.reshape(rows, -1), normals
-            loops.normal_xy_of_bytes(*wide, pairs, axis, *normal_xy, *means)
-            return colours, normals
         self._look_up(table, smoothed, normal_xy)
         if h % rows:
             averages = np.stack([self._averaged(plane) for plane in normal_xy])
@@ -222,10 +190,6 @@ class SlopeGrid:
     def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
         """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
         shape = normal_xy.shape[1:]
-        loops = kernels.chosen(self._sampling.compiled)
-        if loops is not None:
-            loops.corrected_slopes(*normal_xy, missing, NORMALS.steepest_sine)
-            return
         with borrowed(shape, np.float32) as spare:
             for plane, coarse in zip(normal_xy, missing, strict=True):
                 cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)

@@ -7,55 +7,36 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import TINY, Bool, Float32, Float64
 
 
-class SphereParameters(NamedTuple):
-    """Parameters of the sphere fit. Nothing sets them, so that scores stay comparable.
+class SPHERE:
+    """Parameters of the sphere fit. Nothing sets them, so that scores stay comparable."""
 
-    Attributes
-    ----------
-    least_height : float, depths
-        Pixels above this share of the depth are fitted.
-        Source: Hertz's contact, where the height is 1 − r²/(2 a²) of the depth within the radius a:
-        this is r = 0.8 a, as for all scores. On thinner gels the pixels are closer to the centre.
-    level_percentile, top_percentile : float, percent
-        Percentiles of the heights that stand for the undeformed surface and for the deepest point.
-        Source: chosen by hand; extremes without the outliers of single pixels.
-    residual_px : float, px
-        Height residuals beyond it lose weight (soft L1).
-        Source: chosen by hand; on the scale of the errors of integrated heights.
-    fewest_pixels : int, count
-        With fewer pixels there is no fit.
-        Source: chosen by hand; some ten times the four unknowns.
-    most_pixels : int, count
-        At most this many pixels are fitted.
-        Source: chosen by hand; limits the time.
-    most_steps : int, count
-        Most steps of Levenberg–Marquardt.
-        Source: chosen by hand; a ball takes about ten.
-    settled : float, ratio
-        They end where the cost falls by less than this share.
-        Source: mathematics; the root of it is the relative error of the parameters.
-    damping, damping_factor : float, ratio
-        First damping, and the factor by which it changes.
-        Source: Marquardt's choice.
-    """
-
-    least_height: float = 0.68
-    level_percentile: float = 5.0
-    top_percentile: float = 99.5
-    residual_px: float = 0.3
-    fewest_pixels: int = 40
-    most_pixels: int = 4000
-    most_steps: int = 100
-    settled: float = 1e-10
-    damping: float = 1e-2
-    damping_factor: float = 10.0
-
-
-SPHERE = SphereParameters()
-"""The values in use."""
+    # [depths] Pixels above this share of the depth are fitted. Source: Hertz's contact, where the
+    # height is 1 − r²/(2 a²) of the depth within the radius a: this is r = 0.8 a, as for all
+    # scores. On thinner gels the pixels are closer to the centre.
+    least_height = 0.68
+    # [percent] Percentiles of the heights that stand for the undeformed surface and for the
+    # deepest point. Source: by hand, extremes without the outliers of single pixels.
+    level_percentile = 5.0
+    top_percentile = 99.5
+    # [px] Height residuals beyond it lose weight (soft L1). Source: by hand, on the scale of the
+    # errors of integrated heights.
+    residual_px = 0.3
+    # [count] With fewer pixels there is no fit. Source: by hand, some ten times the four
+    # unknowns.
+    fewest_pixels = 40
+    # [count] At most this many pixels are fitted. Source: by hand, limits the time.
+    most_pixels = 4000
+    # [count] Most steps of Levenberg–Marquardt. Source: by hand, a ball takes about ten.
+    most_steps = 100
+    # [ratio] They end where the cost falls by less than this share. Source: mathematics; the root
+    # of it is the relative error of the parameters.
+    settled = 1e-10
+    # [ratio] First damping, and the factor by which it changes. Source: Marquardt's choice.
+    damping = 1e-2
+    damping_factor = 10.0
 
 
 class Sphere(NamedTuple):
@@ -132,7 +113,7 @@ def _fitted(points: Float64) -> Sphere:
     cost, normal, pull = _linearised(at, x, y, z, scale)
     damping = SPHERE.damping
     for _ in range(SPHERE.most_steps):
-        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal) + _TINY), pull) * scale
+        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal) + TINY), pull) * scale
         new = _linearised(at + step, x, y, z, scale)
         if new[0] > cost:
             damping *= SPHERE.damping_factor
@@ -162,7 +143,3 @@ def _linearised(
     length = np.sqrt(1 + (residual / SPHERE.residual_px) ** 2)
     weighted = columns / length
     return float((length - 1).sum()), weighted @ columns.T, weighted @ residual
-
-
-_TINY = 1e-12
-"""Keeps the damped equations regular."""

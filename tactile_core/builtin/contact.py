@@ -47,7 +47,6 @@ class Contact(Estimator):
             grid.cells,
             step_px=grid.step_px,
             mm_per_px=height.mm_per_px,
-            compiled=self.context.compiled,
             **self._thresholds,
         )
         return ContactMask(mask, height.mm_per_px, height.timestamp_s)

@@ -20,21 +20,11 @@ from tactile_core.quantities import ContactShear, DisplacementField, MarkerField
 from tactile_core.quantities.on_demand import grid_of
 
 
-class ShearParameters(NamedTuple):
-    """Parameters of the step that are not options.
+class SHEAR:
+    """Parameters of the step that are not options."""
 
-    Attributes
-    ----------
-    min_valid_points : int, count
-        Grid points with a valid displacement that are needed to ignore the others.
-        Source: chosen by hand; no script derives it.
-    """
-
-    min_valid_points: int = 12
-
-
-SHEAR = ShearParameters()
-"""The values in use."""
+    # [count] Grid points with a valid displacement that are needed to ignore the others.
+    min_valid_points = 12
 
 
 class _Observation(NamedTuple):

@@ -8,14 +8,13 @@ from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
-RULES = "60-tactile.rules"
-"""The udev rules that the package brings."""
+RULES = "60-tactile.rules"  # The udev rules that the package brings
 
+# What to do while a device is absent.
 INSTEAD = "measure a recording with --input, or the virtual sensor with --sim"
-"""What to do while a device is absent."""
 
+# What to do where several devices are alike, or the profile's own is not used.
 CLAIM = "remember which one belongs to a sensor with 'tactile devices --claim SERIAL=DEVICE'"
-"""What to do where several devices are alike, or the profile's own is not used."""
 
 
 def permission_advice() -> str:

@@ -52,6 +52,5 @@ class Displacement(Estimator):
                 mm_per_px=markers.mm_per_px,
                 thickness_mm=gel.thickness_mm or THICKNESS_MM,
                 poisson_ratio=POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
-                compiled=self.context.compiled,
             )
         return kept

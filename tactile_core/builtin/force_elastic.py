@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -29,34 +29,22 @@ from tactile_core.quantities import (
 from tactile_core.quantities.on_demand import grid_of
 
 
-class ElasticForceParameters(NamedTuple):
-    """Parameters of the grid, and of a touch that is not found. Nothing sets them from outside.
+class ELASTIC_FORCE:
+    """Parameters of the grid, and of a touch that is not found. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    cells_per_thickness : float, count
-        Cells over the thickness of the gel, which spreads what a load moves.
-        Source: virtual rigs (ADR 91): twice as many change the force of light balls by 1 %, for
-        four times the cells.
-    margin : float, ratio
-        Size of the periodic grid over that of the view, so that no load meets its own image.
-        Source: virtual rigs: the response of a bonded layer ends within two thicknesses.
-    samples_per_cell : float, count
-        Samples of a mask along the side of a cell, at least.
-        Source: chosen by hand: a border is then right by a hundredth of the cell.
-    unnoticed_n : float, N
-        Standard deviation of the force without contact: a lighter touch is not found.
-        Source: virtual rigs: a ball of 12 mm is found from 0.06 N on.
-    """
-
-    cells_per_thickness: float = 4.5
-    margin: float = 1.6
-    samples_per_cell: float = 6.0
-    unnoticed_n: float = 0.03
-
-
-ELASTIC_FORCE = ElasticForceParameters()
-"""The values in use."""
+    # [count] Cells over the thickness of the gel, which spreads what a load moves. Source:
+    # virtual rigs (ADR 91): twice as many change the force of light balls by 1 %, for four times
+    # the cells.
+    cells_per_thickness = 4.5
+    # [ratio] Size of the periodic grid over that of the view, so that no load meets its own
+    # image. Source: virtual rigs: the response of a bonded layer ends within two thicknesses.
+    margin = 1.6
+    # [count] Samples of a mask along the side of a cell, at least. Source: by hand, : a border is
+    # then right by a hundredth of the cell.
+    samples_per_cell = 6.0
+    # [N] Standard deviation of the force without contact: a lighter touch is not found. Source:
+    # virtual rigs: a ball of 12 mm is found from 0.06 N on.
+    unnoticed_n = 0.03
 
 
 class ElasticForceOptions(Options):

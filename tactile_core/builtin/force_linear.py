@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import BaseModel
@@ -27,24 +26,15 @@ from tactile_core.quantities import (
 )
 
 
-class LinearForceParameters(NamedTuple):
-    """Parameters of the features. Nothing sets them from outside.
+class LINEAR_FORCE:
+    """Parameters of the features. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    most_cells : int, count
-        Columns of the grid on which a finer displacement field is averaged.
-        Source: chosen by hand: means over the view do not depend on it, and it saves time.
-    """
-
-    most_cells: int = 96
+    # [count] Columns of the grid on which a finer displacement field is averaged. Source: by
+    # hand, : means over the view do not depend on it, and it saves time.
+    most_cells = 96
 
 
-LINEAR_FORCE = LinearForceParameters()
-"""The values in use."""
-
-UNKNOWN = 1e6
-"""Standard deviation in N or N·mm of a component that was not fitted, and is 0."""
+UNKNOWN = 1e6  # Standard deviation in N or N·mm of a component that was not fitted, and is 0
 
 
 class LinearForce(FittedForce):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import hypot
-from typing import NamedTuple
 
 from pydantic import BaseModel
 
@@ -12,25 +11,15 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Friction, SlipState, Wrench
 
 
-class FrictionParameters(NamedTuple):
-    """Parameters of the step. Nothing sets them from outside.
+class FRICTION:
+    """Parameters of the step. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_deviations : float, count
-        Normal force in standard deviations below which a ratio says nothing.
-        Source: definition: below that the ratio has no finite mean in practice.
-    ratio_error : float, share
-        Standard deviation of a ratio, relative to its size.
-        Source: virtual rigs: errors of shear and normal force (``experiments/elastic_force.py``).
-    """
-
-    least_deviations: float = 3.0
-    ratio_error: float = 0.07
-
-
-FRICTION = FrictionParameters()
-"""The values in use."""
+    # [count] Normal force in standard deviations below which a ratio says nothing. Source:
+    # definition: below that the ratio has no finite mean in practice.
+    least_deviations = 3.0
+    # [share] Standard deviation of a ratio, relative to its size. Source: virtual rigs: errors of
+    # shear and normal force (``experiments/elastic_force.py``).
+    ratio_error = 0.07
 
 
 class FrictionEstimator(Estimator):

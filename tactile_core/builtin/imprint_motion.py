@@ -79,7 +79,6 @@ class MotionOfImprint(Estimator):
                 undeformed_px,
                 diameter_px,
                 self._mm_per_px,
-                compiled=self.context.compiled,
             )
         self._tracker_of = reference
         return self._tracker

@@ -17,6 +17,7 @@ from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.force_calibration import COMPONENTS, ForceModel, ForceSamples
 from tactile_core.quantities import FieldSpec
 
+# Features that change sign with the direction of the shear.
 LATERAL = (
     "shift_x",
     "shift_y",
@@ -25,30 +26,28 @@ LATERAL = (
     "volume_x",
     "volume_y",
 )
-"""Features that change sign with the direction of the shear."""
 
+# Features that change sign with the direction of the torque.
 TURNING = ("moment", "contact_moment", "lever")
-"""Features that change sign with the direction of the torque."""
 
+# Features that grow with the normal force.
 PRESSING = ("divergence", "spread", "shear", "area", "volume", "depth", "load_root")
-"""Features that grow with the normal force."""
 
+# The relative load and its square, which grow with the normal force too.
 LOAD = ("load", "load_square")
-"""The relative load and its square, which grow with the normal force too."""
 
-FEATURES = (*LATERAL, *TURNING, *PRESSING, *LOAD)
-"""The features of a frame, in order."""
+FEATURES = (*LATERAL, *TURNING, *PRESSING, *LOAD)  # The features of a frame, in order
 
 _LOADS = (*LOAD, "load_root")
 _SHEAR = (LATERAL[:2], LATERAL[2:4], LATERAL[:4], LATERAL)
 _PRESSURE = (*((name,) for name in PRESSING[:-1]), ("divergence", "spread", "shear"), PRESSING[3:6])
+# Sets of features that each component may depend on: those with its symmetry.
 _CANDIDATES = (
     _SHEAR,
     _SHEAR,
     (*_PRESSURE, _LOADS, PRESSING[:-1], (*PRESSING, *LOAD)),
     (("moment",), ("contact_moment",), TURNING, (*TURNING, *LATERAL)),
 )
-"""Sets of features that each component may depend on: those with its symmetry."""
 
 _FILE = "force.npz"
 

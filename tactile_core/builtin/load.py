@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from pydantic import BaseModel
 
 from tactile_core.algorithms.light_change import change_in_detail
@@ -11,21 +9,12 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import Bool, Frame, Reference, RelativeLoad
 
 
-class LoadParameters(NamedTuple):
-    """Parameters of the load.
+class LOAD:
+    """Parameters of the load."""
 
-    Attributes
-    ----------
-    thickness_share : float, share of the image's width
-        Thickness of a gel whose profile does not give it.
-        Source: the gel of the hexagonal fingertip, 2 mm in a view of 17.67 mm.
-    """
-
-    thickness_share: float = 0.11
-
-
-LOAD = LoadParameters()
-"""The values in use."""
+    # [share of the image's width] Thickness of a gel whose profile does not give it. Source: the
+    # gel of the hexagonal fingertip, 2 mm in a view of 17.67 mm.
+    thickness_share = 0.11
 
 
 class Load(Estimator):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,54 +32,24 @@ from tactile_core.interfaces.slope_models.tables import faithful
 from tactile_core.quantities import Float32, Reference
 
 
-class LookupTableParameters(NamedTuple):
-    """Parameters of the fit. The number of entries is an option; nothing sets the others.
+class LOOKUP:
+    """Parameters of the fit. The number of entries is an option; nothing sets the others."""
 
-    Attributes
-    ----------
-    most_samples : int, count
-        Pixels of the presses that are used.
-        Source: chosen by hand; no script derives it.
-    blur_entries : float, entries
-        Standard deviation over which samples of neighbouring entries are averaged.
-        Source: chosen by hand; no script derives it.
-    window_sigmas : float, standard deviations
-        Half the width of that window.
-        Source: chosen by hand; no script derives it.
-    least_weight : float, samples
-        Entries with less than this weight of samples are interpolated.
-        Source: chosen by hand; no script derives it.
-    least_divisor : float, samples
-        Lower bound of the weight in a mean, against division by zero.
-        Source: chosen by hand; no script derives it.
-    most_nodes : int, count
-        Approximate upper bound of the entries between which the empty ones are interpolated.
-        Source: chosen by hand; no script derives it.
-    halvings : int, count
-        The empty ones are interpolated at every 2^halvings-th entry first, and then between.
-        Source: as for all tables (``algorithms/colour_table.py``); on four sets the errors of
-        held-out presses are within 0.1 % of those of every entry (ADR 81).
-    order : int, degree
-        Degree of the term in colour and position.
-        Source: chosen by hand; no script derives it.
-    ridge : float, per sample
-        Penalty on its coefficients.
-        Source: chosen by hand; no script derives it.
-    """
-
-    most_samples: int = 60_000
-    blur_entries: float = 1.2
-    window_sigmas: float = 2.5
-    least_weight: float = 1e-3
-    least_divisor: float = 1e-9
-    most_nodes: int = 3000
-    halvings: int = 2
-    order: int = 2
-    ridge: float = 1e-3
-
-
-LOOKUP = LookupTableParameters()
-"""The values in use."""
+    most_samples = 60_000  # [count] Pixels of the presses that are used
+    # [entries] Standard deviation over which samples of neighbouring entries are averaged.
+    blur_entries = 1.2
+    window_sigmas = 2.5  # [standard deviations] Half the width of that window
+    least_weight = 1e-3  # [samples] Entries with less than this weight of samples are interpolated
+    least_divisor = 1e-9  # [samples] Lower bound of the weight in a mean, against division by zero
+    # [count] Approximate upper bound of the entries between which the empty ones are
+    # interpolated.
+    most_nodes = 3000
+    # [count] The empty ones are interpolated at every 2^halvings-th entry first, and then
+    # between. Source: as for all tables (``algorithms/colour_table.py``); on four sets the errors
+    # of held-out presses are within 0.1 % of those of every entry (ADR 81).
+    halvings = 2
+    order = 2  # [degree] Degree of the term in colour and position
+    ridge = 1e-3  # [per sample] Penalty on its coefficients
 
 
 class LookupTableOptions(SlopeOptions):

@@ -111,7 +111,7 @@ class MarkerTracking(Estimator):
                 f"contact, in focus and evenly lit, or set 'gel.markers: null' for a gel without "
                 f"markers"
             )
-        self._tracker = MarkerTracker(undeformed.centres_px, compiled=self.context.compiled)
+        self._tracker = MarkerTracker(undeformed.centres_px)
         self._reported = np.flatnonzero(~undeformed.truncated)
         self._all_reported = len(self._reported) == count
         self._ids = _constant(np.arange(len(self._reported), dtype=np.int32))

@@ -30,7 +30,7 @@ class MarkerDetection(Estimator):
                 f"{{pitch_mm: …, diameter_mm: …}}, or 'markers: null' if none are printed "
                 f"({ONLY_DARK})"
             )
-        self._finder = MarkerFinder.of(context, compiled=context.compiled)
+        self._finder = MarkerFinder.of(context)
 
     def estimate(self, frame: Frame) -> MarkerDetections:
         """Return the centroids of all markers in view, or none if the gel has no markers."""

@@ -24,8 +24,7 @@ from tactile_core.interfaces.slope_models.slope_model import SlopeModel
 from tactile_core.interfaces.slope_models.tables import baked
 from tactile_core.quantities import Float32, Reference
 
-_PREFIX = "polynomial_"
-"""Of the names of the polynomial's arrays."""
+_PREFIX = "polynomial_"  # Of the names of the polynomial's arrays
 
 
 class MlpOptions(SlopeOptions):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,25 +15,14 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import DisplacementField, Float32, Frame, Reference
 
 
-class OpticalFlowParameters(NamedTuple):
-    """Parameters of the step; the pixel stride is an option.
+class OPTICAL_FLOW:
+    """Parameters of the step; the pixel stride is an option."""
 
-    Attributes
-    ----------
-    reach_thicknesses : float, gel thicknesses
-        Standard deviation of the Gaussian that extrapolates the motion around the imprint.
-        Source: chosen by hand; a bonded layer decays within about one thickness.
-    changed_weight : float, share of the image
-        Mean change of the texture weight after which a new key frame is taken.
-        Source: chosen by hand; no script derives it.
-    """
-
-    reach_thicknesses: float = 0.5
-    changed_weight: float = 0.02
-
-
-OPTICAL_FLOW = OpticalFlowParameters()
-"""The values in use."""
+    # [gel thicknesses] Standard deviation of the Gaussian that extrapolates the motion around the
+    # imprint. Source: by hand, a bonded layer decays within about one thickness.
+    reach_thicknesses = 0.5
+    # [share of the image] Mean change of the texture weight after which a new key frame is taken.
+    changed_weight = 0.02
 
 
 class OpticalFlow(Estimator):

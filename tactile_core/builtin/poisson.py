@@ -22,6 +22,7 @@ from tactile_core.interfaces.slope_models.for_reference import ForReference
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
 from tactile_core.quantities.on_demand import Grid, grid_of, on_demand, on_grid
 
+# Option of the steps that integrate slopes.
 DriftSlope = Annotated[
     NonNegativeFloat,
     Field(
@@ -29,11 +30,10 @@ DriftSlope = Annotated[
         "0: only the level is removed."
     ),
 ]
-"""Option of the steps that integrate slopes."""
 
-DRIFT_SLOPE = 0.05
-"""Default of this option."""
+DRIFT_SLOPE = 0.05  # Default of this option
 
+# Option of the steps that integrate slopes.
 Levelled = Annotated[
     bool,
     Field(
@@ -41,7 +41,6 @@ Levelled = Annotated[
         "surface reveals."
     ),
 ]
-"""Option of the steps that integrate slopes."""
 
 
 class Poisson(Estimator):
@@ -91,7 +90,6 @@ class Poisson(Estimator):
             slopes.gx.shape,
             mm_per_px=mm_per_cell,
             boundary=self._boundary,
-            compiled=self.context.compiled,
         )
         gx, gy, step_px = slopes.gx, slopes.gy, slopes.step_px
         # cells are wide enough for the curvature of the surface to matter between their centres

@@ -12,8 +12,7 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.sink import OpenRecording, Session, Sink
 
-NAME = "recording.mcap"
-"""Name of the recording in the folder for results."""
+NAME = "recording.mcap"  # Name of the recording in the folder for results
 
 
 class RecordOptions(Options):

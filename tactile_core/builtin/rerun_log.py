@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 _APPLICATION = "tactile-core"
 _LOOPBACK = "127.0.0.1"
 _MM_PER_METRE = 1000.0
-_PATIENCE_S = 2.0
-"""Longest wait for a viewer, s."""
+_PATIENCE_S = 2.0  # Longest wait for a viewer, s
 
 
 class RerunOptions(Options):

@@ -69,7 +69,6 @@ class RobustPoisson(Estimator):
             valid=gradients.valid,
             outlier_slope=self._outlier_slope,
             rounds=self._rounds,
-            compiled=self.context.compiled,
         )
         set_to_rest(
             height_mm,

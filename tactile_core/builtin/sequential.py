@@ -10,8 +10,7 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
 
-FEWEST_LIGHTS = 3
-"""The normal and the albedo have three unknowns (Woodham 1980)."""
+FEWEST_LIGHTS = 3  # The normal and the albedo have three unknowns (Woodham 1980)
 
 
 class SequentialLight(LightOptions):

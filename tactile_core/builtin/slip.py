@@ -32,8 +32,8 @@ _UNRELATED = (
     "it shows in motion, and these images are unrelated to each other; give a video, a recording, "
     "or images whose names are times"
 )
+# Why the state is unknown though there is evidence.
 _OUTRUN = "markers moved further between two frames than they can be followed"
-"""Why the state is unknown though there is evidence."""
 
 
 class _Verdict(NamedTuple):

@@ -37,50 +37,25 @@ from tactile_core.quantities import (
 from tactile_core.quantities.on_demand import Grid, grid_of, on_demand
 
 
-class TouchParameters(NamedTuple):
-    """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``.
+class TOUCH:
+    """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``."""
 
-    Attributes
-    ----------
-    sheared_mm : float, mm
-        Median displacement above which an object without visible border fills the view.
-        Source: chosen by hand; no script derives it.
-    min_slope : float, mm per mm
-        Minimum slope of the height map at the border of a contact.
-        Source: chosen by hand; no script derives it.
-    clear_slope : float, mm per mm
-        Slope above which the height map alone shows a contact.
-        Source: chosen by hand; no script derives it.
-    slope_drop : float, share of the slope
-        The height map is used while the slope stays above this share of its last value with a
-        contact.
-        Source: chosen by hand; no script derives it.
-    min_change : float, share of full scale
-        Minimum change of light at the border of a contact.
-        Source: chosen by hand; no script derives it.
-    change_noises : float, noise sigmas
-        The same relative to the noise of the reference; the larger of both applies.
-        Source: chosen by hand; no script derives it.
-    max_border_share : float, share of the view's border
-        A contact that covers more of the border is taken from the displacement instead.
-        Source: chosen on virtual contacts (ADR 31).
-    marker_radii : float, marker radii
-        Radius around a marker in which the change of light is ignored.
-        Source: chosen by hand; it includes the blurred edge of a marker.
-    """
-
-    sheared_mm: float = 0.04
-    min_slope: float = 0.03
-    clear_slope: float = 0.1
-    slope_drop: float = 0.5
-    min_change: float = 0.015
-    change_noises: float = 5.0
-    max_border_share: float = 0.5
-    marker_radii: float = 1.6
-
-
-TOUCH = TouchParameters()
-"""The values in use."""
+    # [mm] Median displacement above which an object without visible border fills the view.
+    sheared_mm = 0.04
+    min_slope = 0.03  # [mm per mm] Minimum slope of the height map at the border of a contact
+    clear_slope = 0.1  # [mm per mm] Slope above which the height map alone shows a contact
+    # [share of the slope] The height map is used while the slope stays above this share of its
+    # last value with a contact.
+    slope_drop = 0.5
+    min_change = 0.015  # [share of full scale] Minimum change of light at the border of a contact
+    # [noise sigmas] The same relative to the noise of the reference; the larger of both applies.
+    change_noises = 5.0
+    # [share of the view's border] A contact that covers more of the border is taken from the
+    # displacement instead. Source: chosen on virtual contacts (ADR 31).
+    max_border_share = 0.5
+    # [marker radii] Radius around a marker in which the change of light is ignored. Source: by
+    # hand, it includes the blurred edge of a marker.
+    marker_radii = 1.6
 
 
 class _Touch(NamedTuple):

@@ -9,11 +9,10 @@ from tactile_core.builtin.device_access import holders
 from tactile_core.errors import DeviceError, LibraryMissing
 from tactile_core.interfaces.connected_device import ConnectedDevice
 
+# USB interface class of webcams, with every subclass.
 VIDEO = frozenset((0x0E, subclass) for subclass in range(256))
-"""USB interface class of webcams, with every subclass."""
 
-USB3_VISION = frozenset({(0xEF, 0x05)})
-"""USB interface class and subclass of USB3 Vision cameras."""
+USB3_VISION = frozenset({(0xEF, 0x05)})  # USB interface class and subclass of USB3 Vision cameras
 
 
 def usb_devices(backend: Any = None, **wanted: Any) -> list[Any]:

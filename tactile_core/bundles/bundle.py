@@ -33,14 +33,12 @@ from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
-SCALE_TOLERANCE = 0.01
-"""Scales of input and bundle may differ by this share."""
+SCALE_TOLERANCE = 0.01  # Scales of input and bundle may differ by this share
 
-_PATIENCE_S = 30.0
-"""Time for which a bundle that is replaced while it is read is read again."""
+_PATIENCE_S = 30.0  # Time for which a bundle that is replaced while it is read is read again
 
+# Classes of the artefacts that the core uses itself.
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
-"""Classes of the artefacts that the core uses itself."""
 
 _SERIAL = re.compile(r"[A-Za-z0-9._-]{1,100}")
 

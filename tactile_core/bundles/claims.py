@@ -13,11 +13,9 @@ from tactile_core.formats.files import read_text, write_atomically
 from tactile_core.formats.folders import make_folder
 from tactile_core.interfaces.connected_device import ConnectedDevice
 
-DeviceKind = Literal["camera", "light_driver"]
-"""Kinds of devices that a unit has one of each."""
+DeviceKind = Literal["camera", "light_driver"]  # Kinds of devices that a unit has one of each
 
-_LARGEST_BYTES = 1 << 20
-"""A larger file is no list of claims."""
+_LARGEST_BYTES = 1 << 20  # A larger file is no list of claims
 
 
 class _Stored(BaseModel):

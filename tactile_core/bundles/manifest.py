@@ -24,20 +24,16 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
 from tactile_core.formats.printable import printable
 
-FORMAT = 5
-"""Version of the bundle format that is written and read."""
+FORMAT = 5  # Version of the bundle format that is written and read
 
-MANIFEST = "manifest.json"
-"""File name of the manifest."""
+MANIFEST = "manifest.json"  # File name of the manifest
 
-LIGHT = "light"
-"""Name of the artefact that maps intensities to slopes or depth."""
+LIGHT = "light"  # Name of the artefact that maps intensities to slopes or depth
 
+# Name of the artefact with the size of its errors; a bundle without a score has none.
 ERRORS = "errors"
-"""Name of the artefact with the size of its errors; a bundle without a score has none."""
 
-_LARGEST_BYTES = 4 << 20
-"""A larger manifest is refused before it is parsed."""
+_LARGEST_BYTES = 4 << 20  # A larger manifest is refused before it is parsed
 
 Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import CATALOG_FILE, find_catalog
@@ -13,32 +12,21 @@ from tactile_core.profiles.model import Profile
 from tactile_core.recordings.recording import open_recording
 
 
-class TargetParameters(NamedTuple):
-    """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos.
+class TARGET:
+    """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos."""
 
-    Attributes
-    ----------
-    ball_tolerance : float, ratio
-        ``--ball-diameter-mm`` and the target's radius may differ by this share.
-        Source: the tolerance of all scales, as for bundles (``bundles/bundle.py``).
-    largest_ball_mm : float, mm
-        Larger diameters are refused.
-        Source: chosen by hand; far beyond any tactile sensor.
-    widest_label : float, ball radii
-        Largest radius of a labelled circle. Circles drawn by hand include the dark rim around the
-        ball; the ball's own radius limits the training pixels.
-        Source: published labels have up to 1.18 (``tests/formats/test_labels.py``), plus a margin.
-    """
-
-    ball_tolerance: float = 0.01
-    largest_ball_mm: float = 1000.0
-    widest_label: float = 1.25
+    # [ratio] ``--ball-diameter-mm`` and the target's radius may differ by this share. Source: the
+    # tolerance of all scales, as for bundles (``bundles/bundle.py``).
+    ball_tolerance = 0.01
+    # [mm] Larger diameters are refused. Source: by hand, far beyond any tactile sensor.
+    largest_ball_mm = 1000.0
+    # [ball radii] Largest radius of a labelled circle. Circles drawn by hand include the dark rim
+    # around the ball; the ball's own radius limits the training pixels. Source: published labels
+    # have up to 1.18 (``tests/formats/test_labels.py``), plus a margin.
+    widest_label = 1.25
 
 
 _A_CATALOG = f"a {CATALOG_FILE} in the folder of presses"
-
-TARGET = TargetParameters()
-"""The values in use."""
 
 
 def ball_diameters_mm(

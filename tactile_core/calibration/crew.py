@@ -14,8 +14,7 @@ from typing import Any, NamedTuple, Self
 from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.pipeline.workers import Workers
 
-Done = Callable[[float], None]
-"""Called with the share of the tasks that is done."""
+Done = Callable[[float], None]  # Called with the share of the tasks that is done
 
 
 class Task(NamedTuple):
@@ -126,8 +125,7 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-ALONE = Crew()
-"""This process without helpers."""
+ALONE = Crew()  # This process without helpers
 
 
 def _helping(modules: Sequence[str]) -> Generator[Any, Task | bytes, None]:

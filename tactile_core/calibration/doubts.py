@@ -3,38 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import TargetSurface
 
 
-class DoubtParameters(NamedTuple):
-    """Limits of a calibration that is not doubted. Nothing sets them: they only warn.
+class DOUBTS:
+    """Limits of a calibration that is not doubted. Nothing sets them: they only warn."""
 
-    Attributes
-    ----------
-    radius_error : float, ratio
-        Largest deviation of the median sphere's radius from the ball's.
-        Source: chosen by hand; heights are wrong by the same share.
-    offset : float, ball radii
-        Largest distance between the centres of a sphere and of its circle, 90th percentile.
-        Source: eight virtual sensors that differ in light, coating and ball, ten presses each: at
-        most 0.013 with true circles, at least 0.078 with circles that are shifted by 0.15 ball
-        radii or drift to 0.35 on one side (ADR 45). Slopes are then off by about as much, 4°.
-    halves : float, ratio
-        Largest difference between two halves, over the error of predicting a flat surface.
-        Source: chosen by hand; independent errors of both halves then amount to a sixth of all that
-        there is to measure.
-    """
+    # [ratio] Largest deviation of the median sphere's radius from the ball's. Source: by hand,
+    # heights are wrong by the same share.
+    radius_error = 0.1
+    # [ball radii] Largest distance between the centres of a sphere and of its circle, 90th
+    # percentile. Source: eight virtual sensors that differ in light, coating and ball, ten
+    # presses each: at most 0.013 with true circles, at least 0.078 with circles that are shifted
+    # by 0.15 ball radii or drift to 0.35 on one side (ADR 45). Slopes are then off by about as
+    # much, 4°.
+    offset = 0.07
+    # [ratio] Largest difference between two halves, over the error of predicting a flat surface.
+    # Source: by hand, independent errors of both halves then amount to a sixth of all that there
+    # is to measure.
+    halves = 0.25
 
-    radius_error: float = 0.1
-    offset: float = 0.07
-    halves: float = 0.25
-
-
-DOUBTS = DoubtParameters()
-"""The values in use."""
 
 _NOTHING_HELD_OUT = (
     "only one press can be used, so nothing was held out and the accuracy of this calibration is "

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,21 +16,12 @@ from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.quantities import Bool, Float32
 
 
-class FitParameters(NamedTuple):
-    """Parameters of the fit. Nothing sets them from outside.
+class FIT:
+    """Parameters of the fit. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    min_undeformed : int, count
-        With fewer pixels of undeformed gel the correlation length comes from the contacts.
-        Source: chosen by hand; a hundred values give a quantile within a tenth.
-    """
-
-    min_undeformed: int = 100
-
-
-FIT = FitParameters()
-"""The values in use."""
+    # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
+    # Source: by hand, a hundred values give a quantile within a tenth.
+    min_undeformed = 100
 
 
 @dataclass(frozen=True, eq=False)

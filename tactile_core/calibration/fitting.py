@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.bundles.bundle import check_serial
 from tactile_core.calibration.ball_sizes import check_ball
@@ -33,22 +33,12 @@ from tactile_core.recordings.inputs import PROFILE, Inputs
 from tactile_core.recordings.session_files import own_reference
 
 
-class FittingParameters(NamedTuple):
-    """Parameters of the division of work. Nothing sets them from outside.
+class FITTING:
+    """Parameters of the division of work. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    fewest_shared : int, count
-        Fewest presses that several processes share. With fewer, starting a process takes longer
-        than it saves.
-        Source: chosen by hand (ADR 89).
-    """
-
-    fewest_shared: int = 12
-
-
-FITTING = FittingParameters()
-"""The values in use."""
+    # [count] Fewest presses that several processes share. With fewer, starting a process takes
+    # longer than it saves. Source: by hand, (ADR 89).
+    fewest_shared = 12
 
 
 def calibrate(

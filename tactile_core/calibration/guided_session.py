@@ -9,8 +9,8 @@ from tactile_core.quantities import Frame
 from tactile_core.recordings.kinds import is_recorded, recording_file
 from tactile_core.recordings.recording_file import EventEntry
 
+# Names of the events; their values are those of GuidedSession.
 KEPT, WITHDRAWN = "calibration press kept", "calibration press withdrawn"
-"""Names of the events; their values are those of :class:`GuidedSession`."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,34 +15,21 @@ from tactile_core.errors import InputError
 from tactile_core.formats.tmd import Tmd, read_tmd
 from tactile_core.quantities import Bool, Float32, Frame
 
-SUFFIX = ".tmd"
-"""Ending of a height map's file name."""
+SUFFIX = ".tmd"  # Ending of a height map's file name
 
 
-class HeightTargetParameters(NamedTuple):
-    """Parameters of reading a height map. Nothing sets them from outside: they guard the input.
+class HEIGHT_TARGET:
+    """Parameters of reading a height map. Nothing sets them from outside: they guard the input."""
 
-    Attributes
-    ----------
-    scale_tolerance : float, ratio
-        Scales of the map and of the profile may differ by this share.
-        Source: the tolerance of all scales, as for bundles (``bundles/bundle.py``).
-    full_share : float, share
-        A pixel of the frame counts as measured if at least this share of the map's pixels in it
-        hold heights.
-        Source: mathematics; 1 less a margin for float32 averages.
-    margin_sigmas : float, standard deviations of the smoothing
-        Distance from a border within which smoothed slopes are not used.
-        Source: mathematics; two standard deviations hold 95 % of a Gaussian.
-    """
-
-    scale_tolerance: float = 0.01
-    full_share: float = 0.999
-    margin_sigmas: float = 2.0
-
-
-HEIGHT_TARGET = HeightTargetParameters()
-"""The values in use."""
+    # [ratio] Scales of the map and of the profile may differ by this share. Source: the tolerance
+    # of all scales, as for bundles (``bundles/bundle.py``).
+    scale_tolerance = 0.01
+    # [share] A pixel of the frame counts as measured if at least this share of the map's pixels
+    # in it hold heights. Source: mathematics; 1 less a margin for float32 averages.
+    full_share = 0.999
+    # [standard deviations of the smoothing] Distance from a border within which smoothed slopes
+    # are not used. Source: mathematics; two standard deviations hold 95 % of a Gaussian.
+    margin_sigmas = 2.0
 
 
 def is_height_map(target: Path | None) -> bool:

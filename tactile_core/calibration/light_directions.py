@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,22 +13,15 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
 
-class AzimuthParameters(NamedTuple):
-    """Parameters of the check of light directions. Nothing sets them from outside: it only warns.
+class AZIMUTHS:
+    """Parameters of the check of light directions.
 
-    Attributes
-    ----------
-    tolerance_deg : float, degrees
-        A light whose learned azimuth differs from the profile's by more is reported.
-        Source: chosen by hand; no script derives it. See
-        ADR 17.
+    Nothing sets them from outside: it only warns.
     """
 
-    tolerance_deg: float = 25.0
-
-
-AZIMUTHS = AzimuthParameters()
-"""The values in use."""
+    # [degrees] A light whose learned azimuth differs from the profile's by more is reported.
+    # Source: by hand, no script derives it. See ADR 17.
+    tolerance_deg = 25.0
 
 
 def channel_azimuths(presses: Sequence[TargetSurface], reference: Reference) -> tuple[float, ...]:

@@ -13,8 +13,7 @@ from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.conditioning.gel_check import GelCheck, ramp_size
 from tactile_core.quantities import Reference
 
-FIRST_ORDER = 0.4
-"""Largest logarithm of a change of intensity that counts as linear in the slope."""
+FIRST_ORDER = 0.4  # Largest logarithm of a change of intensity that counts as linear in the slope
 
 
 def light_range(surfaces: Sequence[TargetSurface], reference: Reference) -> LightRange | None:

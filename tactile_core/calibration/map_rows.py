@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,50 +15,29 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 
-class MapRowParameters(NamedTuple):
+class MAP_ROWS:
     """Parameters of sampling a height map. Nothing sets them from outside.
 
     They balance the few steep pixels of a map against the many level ones; see
     ADR 14.
-
-    Attributes
-    ----------
-    most_bands : int, count
-        Bands into which the rows are divided, at most; each is held out once.
-        Source: chosen by hand, equal to the folds of the cross-validation (``scoring.py``).
-    rows_per_band : int, px
-        Rows that a band has at least.
-        Source: chosen by hand; no script derives it.
-    most_pixels : int, count
-        Training pixels of a band, at most.
-        Source: chosen by hand; no script derives it.
-    slope_bin_deg : float, degrees
-        Bin width of the histogram of slopes by which pixels are thinned.
-        Source: chosen by hand; no script derives it.
-    fine_px : float, px
-        Standard deviation of the high-pass filter before light directions are estimated: a
-        reference that is made from the press has lost larger shapes.
-        Source: chosen by hand; no script derives it.
-    least_intensity : float, share of full scale
-        Floor of the reference in the quotient of frame and reference.
-        Source: chosen by hand; no script derives it.
-    undeformed_pixels : int, count
-        Pixels of the reference that join the training samples. They keep the model level where the
-        rows leave the image out.
-        Source: chosen on a real grooved part (ADR 14); thousands flatten narrow grooves.
     """
 
-    most_bands: int = 5
-    rows_per_band: int = 20
-    most_pixels: int = 5_000
-    slope_bin_deg: float = 2.5
-    fine_px: float = 4.0
-    least_intensity: float = 0.01
-    undeformed_pixels: int = 300
-
-
-MAP_ROWS = MapRowParameters()
-"""The values in use."""
+    # [count] Bands into which the rows are divided, at most; each is held out once. Source: by
+    # hand, equal to the folds of the cross-validation (``scoring.py``).
+    most_bands = 5
+    rows_per_band = 20  # [px] Rows that a band has at least
+    most_pixels = 5_000  # [count] Training pixels of a band, at most
+    # [degrees] Bin width of the histogram of slopes by which pixels are thinned.
+    slope_bin_deg = 2.5
+    # [px] Standard deviation of the high-pass filter before light directions are estimated: a
+    # reference that is made from the press has lost larger shapes.
+    fine_px = 4.0
+    # [share of full scale] Floor of the reference in the quotient of frame and reference.
+    least_intensity = 0.01
+    # [count] Pixels of the reference that join the training samples. They keep the model level
+    # where the rows leave the image out. Source: chosen on a real grooved part (ADR 14);
+    # thousands flatten narrow grooves.
+    undeformed_pixels = 300
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,37 +18,25 @@ from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.quantities import Reference
 
 
-class PlausibilityParameters(NamedTuple):
-    """Limits of what is plausible. Nothing sets them from outside: they only warn.
+class PLAUSIBILITY:
+    """Limits of what is plausible. Nothing sets them from outside: they only warn."""
 
-    Attributes
-    ----------
-    widest_contact : float, ball radii
-        A wider contact indicates that the ball is larger than said, or the scale smaller.
-        Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on recordings
-        of four real sensors. With diameters a fifth to a half too small the widest was 0.97 when
-        the border was that of a shape (ADR 45).
-    fewest_wide : float, ratio
-        A smaller share of such presses is that of circles that are wrong.
-        Source: of 24 presses of a real sensor one had such a circle; with diameters a fifth to
-        a half too small, a tenth and more of the presses.
-    fewest_used : float, ratio
-        A smaller share of usable presses is reported.
-        Source: chosen by hand; the majority should be presses of the given ball.
-    pitch_tolerance : float, ratio
-        Largest deviation of the marker pitch in the reference from the profile's.
-        Source: chosen by hand; larger than the perspective of a tilted camera leaves, and as much
-        as a calibration's radius may be off before it is reported.
-    """
-
-    widest_contact: float = 0.95
-    fewest_wide: float = 0.05
-    fewest_used: float = 0.5
-    pitch_tolerance: float = 0.1
-
-
-PLAUSIBILITY = PlausibilityParameters()
-"""The values in use."""
+    # [ball radii] A wider contact indicates that the ball is larger than said, or the scale
+    # smaller. Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on
+    # recordings of four real sensors. With diameters a fifth to a half too small the widest was
+    # 0.97 when the border was that of a shape (ADR 45).
+    widest_contact = 0.95
+    # [ratio] A smaller share of such presses is that of circles that are wrong. Source: of 24
+    # presses of a real sensor one had such a circle; with diameters a fifth to a half too small,
+    # a tenth and more of the presses.
+    fewest_wide = 0.05
+    # [ratio] A smaller share of usable presses is reported. Source: by hand, the majority should
+    # be presses of the given ball.
+    fewest_used = 0.5
+    # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source:
+    # by hand, larger than the perspective of a tilted camera leaves, and as much as a
+    # calibration's radius may be off before it is reported.
+    pitch_tolerance = 0.1
 
 
 def implausible(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,69 +19,47 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 
-class PressParameters(NamedTuple):
+class PRESS:
     """Parameters of selecting pixels of a press. Nothing sets them from outside.
 
     They follow from the geometry of a ball on a gel, not from the sensor: all lengths are ratios.
-
-    Attributes
-    ----------
-    trusted_ball_share : float, ball radii
-        Largest radius of training pixels on a single ball. Closer to the equator the gel surface
-        has lifted off the ball, where the model sphere is no ground truth.
-        Source: chosen by hand on real three-colour presses; no script derives it.
-    trusted_grid_share : float, ball radii
-        The same for balls in a grid, which are pressed in deeper. Attached shadows limit it.
-        Source: chosen by hand on real grids of balls; no script derives it.
-    trusted_contact_share : float, contact radii
-        Largest radius of training pixels, in radii of the contact that was found. Nearer to the
-        rim, smoothing and errors of the circle mix in gel surface that has left the ball. It is
-        less steep than the label says, so that the model would make the other slopes too steep.
-        Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the third it is
-        within 0.02° of the best (ADR 46).
-    trusted_height_share : float, contact radii
-        The same for a calibration that is fitted to heights: a rim that is a pixel off changes the
-        height less than the slope, and without it the heights of the lower half are extrapolated.
-        Source: definition of the contact.
-    scored_contact_share : float, contact radii (ball radii in a grid)
-        Pixels within it count in a score.
-        Source: definition of the held-out score (``docs/reference/accuracy.md``).
-    scored_ball_share : float, ball radii
-        Upper limit of the scored radius of a single ball.
-        Source: chosen by hand; no script derives it.
-    undeformed_distance_balls : float, ball radii
-        Pixels farther from the centre count as undeformed.
-        Source: chosen by hand; no script derives it.
-    undeformed_share : float, ratio
-        Undeformed training pixels per pixel on the ball. With fewer, small biases of undeformed
-        pixels add up to a tilted height map.
-        Source: chosen by hand; no script derives it.
-    sphere_contact_share : float, contact radii
-        A sphere is fitted to the heights of a contact within this radius.
-        Source: chosen by hand; twice the contact leaves room for a circle that is off by as much as
-        its radius, and contains undeformed surface.
-    rim_points : int, count
-        Points of the contact's rim at which its height is averaged.
-        Source: chosen by hand; no script derives it.
     """
 
-    trusted_ball_share: float = 0.75
-    trusted_grid_share: float = 0.85
-    trusted_contact_share: float = 0.8
-    trusted_height_share: float = 1.0
-    scored_contact_share: float = 0.8
-    scored_ball_share: float = 0.9
-    undeformed_distance_balls: float = 3.5
-    undeformed_share: float = 0.25
-    sphere_contact_share: float = 2.0
-    rim_points: int = 32
+    # [ball radii] Largest radius of training pixels on a single ball. Closer to the equator the
+    # gel surface has lifted off the ball, where the model sphere is no ground truth. Source: by
+    # hand, on real three-colour presses.
+    trusted_ball_share = 0.75
+    # [ball radii] The same for balls in a grid, which are pressed in deeper. Attached shadows
+    # limit it. Source: by hand, on real grids of balls.
+    trusted_grid_share = 0.85
+    # [contact radii] Largest radius of training pixels, in radii of the contact that was found.
+    # Nearer to the rim, smoothing and errors of the circle mix in gel surface that has left the
+    # ball. It is less steep than the label says, so that the model would make the other slopes
+    # too steep. Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the
+    # third it is within 0.02° of the best (ADR 46).
+    trusted_contact_share = 0.8
+    # [contact radii] The same for a calibration that is fitted to heights: a rim that is a pixel
+    # off changes the height less than the slope, and without it the heights of the lower half are
+    # extrapolated. Source: definition of the contact.
+    trusted_height_share = 1.0
+    # [contact radii (ball radii in a grid)] Pixels within it count in a score. Source: definition
+    # of the held-out score (``docs/reference/accuracy.md``).
+    scored_contact_share = 0.8
+    scored_ball_share = 0.9  # [ball radii] Upper limit of the scored radius of a single ball
+    # [ball radii] Pixels farther from the centre count as undeformed.
+    undeformed_distance_balls = 3.5
+    # [ratio] Undeformed training pixels per pixel on the ball. With fewer, small biases of
+    # undeformed pixels add up to a tilted height map.
+    undeformed_share = 0.25
+    # [contact radii] A sphere is fitted to the heights of a contact within this radius. Source:
+    # by hand, twice the contact leaves room for a circle that is off by as much as its radius,
+    # and contains undeformed surface.
+    sphere_contact_share = 2.0
+    rim_points = 32  # [count] Points of the contact's rim at which its height is averaged
 
 
+# Beginning of the reason to exclude a press that belongs to another reference.
 NOT_THIS_GEL = "it does not show the gel of the reference"
-"""Beginning of the reason to exclude a press that belongs to another reference."""
-
-PRESS = PressParameters()
-"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)

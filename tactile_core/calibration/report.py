@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -18,42 +18,26 @@ if TYPE_CHECKING:
     from tactile_core.calibration.score import Score
 
 
+# Colours of outlines and plots, RGB.
 _USED, _LEFT_OUT, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
-"""Colours of outlines and plots, RGB."""
 
 
-class ReportParameters(NamedTuple):
-    """Layout of the report. Nothing sets it from outside: it changes no result.
+class REPORT:
+    """Layout of the report. Nothing sets it from outside: it changes no result."""
 
-    Attributes
-    ----------
-    plot_px, margin_px : int, px
-        Side of a scatter plot, and margin around it.
-        Source: chosen by hand.
-    picture_px : int, px
-        Height of a press's picture.
-        Source: chosen by hand.
-    grid_px : int, px
-        Height of a picture of several balls.
-        Source: chosen by hand; each ball is then large enough to see.
-    pitch_deg : float, degrees
-        Largest pitch in the plot.
-        Source: chosen by hand; slopes that a ball teaches end below it.
-    steep_deg : float, degrees
-        Yaw is plotted for steeper slopes only.
-        Source: chosen by hand; yaw is undefined on level gel.
-    """
-
-    plot_px: int = 320
-    margin_px: int = 34
-    picture_px: int = 240
-    grid_px: int = 960
+    # [px] Side of a scatter plot, and margin around it.
+    plot_px = 320
+    margin_px = 34
+    picture_px = 240  # [px] Height of a press's picture
+    # [px] Height of a picture of several balls. Source: by hand, each ball is then large enough
+    # to see.
+    grid_px = 960
+    # [degrees] Largest pitch in the plot. Source: by hand, slopes that a ball teaches end below
+    # it.
     pitch_deg: float = 60
+    # [degrees] Yaw is plotted for steeper slopes only. Source: by hand, yaw is undefined on level
+    # gel.
     steep_deg: float = 5
-
-
-REPORT = ReportParameters()
-"""The values in use."""
 
 
 def write_report(

@@ -25,25 +25,12 @@ from tactile_core.calibration.target_surface import MeasuredSphere, S
 from tactile_core.calibration.trials import Trials
 
 
-class ScoringParameters(NamedTuple):
-    """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable.
+class SCORING:
+    """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable."""
 
-    Attributes
-    ----------
-    folds : int, count
-        Folds of the cross-validation, at most.
-        Source: chosen by hand; the usual number of folds.
-    report_samples : int, count
-        Pixels of each surface that the report plots.
-        Source: chosen by hand; no script derives it.
-    """
-
-    folds: int = 5
-    report_samples: int = 200
-
-
-SCORING = ScoringParameters()
-"""The values in use."""
+    # [count] Folds of the cross-validation, at most. Source: by hand, the usual number of folds.
+    folds = 5
+    report_samples = 200  # [count] Pixels of each surface that the report plots
 
 
 class HeldOut(NamedTuple):

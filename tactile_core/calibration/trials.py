@@ -12,8 +12,8 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
 
+# Fits a calibration to training samples and a reference.
 Fit = Callable[[Sequence[Press], Reference], Calibration]
-"""Fits a calibration to training samples and a reference."""
 
 
 @dataclass(frozen=True, eq=False)

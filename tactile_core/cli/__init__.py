@@ -21,8 +21,7 @@ _ENVIRONMENT = {
 }
 
 
-_LINGER_S = 2.0
-"""Time that threads have to end after a command."""
+_LINGER_S = 2.0  # Time that threads have to end after a command
 
 
 def main(arguments: list[str] | None = None) -> None:

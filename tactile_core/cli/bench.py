@@ -13,11 +13,9 @@ if TYPE_CHECKING:
     from tactile_core.evaluation.timing import Bench, Benches
     from tactile_core.profiles.model import Profile
 
-_SMALLEST_PX = 64
-"""Shortest image side that ``--size`` accepts, px."""
+_SMALLEST_PX = 64  # Shortest image side that `--size` accepts, px
 
-_LARGEST_PX = 4096
-"""Longest image side that ``--size`` accepts, px."""
+_LARGEST_PX = 4096  # Longest image side that `--size` accepts, px
 
 
 def bench(
@@ -98,11 +96,8 @@ def _lines(result: Benches) -> list[str]:
 
     about = result.machine
     versions = ", ".join(f"{name} {v}" for name, v in about["versions"].items() if v is not None)
-    fast = result.summary()["fast"]
-    used = "installed and used" if fast["used"] else "installed, not used"
     lines = [
         f"{about['cpu']}, {about['cores']} cores, {about['system']}; {versions}",
-        f"'fast' extra (numba): {used if fast['installed'] else 'not installed'}",
         "one core, one thread, no camera; times in ms; memory of a whole process that only streams",
     ]
     for one in result.benches:

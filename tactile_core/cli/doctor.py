@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from tactile_core.pipeline.examination import Check
     from tactile_core.pipeline.health import Health
 
-EVERY_S = 1.0
-"""Time between two lines of ``--watch``."""
+EVERY_S = 1.0  # Time between two lines of `--watch`
 
 
 def doctor(

@@ -11,8 +11,8 @@ import typer
 from tactile_core.cli.options import BundlePath, ReferencePath, Serial, Simulated
 from tactile_core.cli.output import print_data, print_json, print_message
 
+# Summary for JSON; header and rows of the table.
 Evaluated = tuple[dict[str, Any], tuple[list[str], list[list[str]]]]
-"""Summary for JSON; header and rows of the table."""
 
 
 def evaluate(

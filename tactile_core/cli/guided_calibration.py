@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from tactile_core.calibration.result import Calibrated
     from tactile_core.pipeline.sensor import Sensor
 
+# Frames before the reference: time to take the hand away, and for the camera to settle.
 SETTLING_FRAMES = 15
-"""Frames before the reference: time to take the hand away, and for the camera to settle."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def _measure_next(sensor: Sensor, result: Calibrated, *, as_json: bool) -> None:
     frame = next_touch(iter(sensor.acquire, None), result.bundle)
     if frame is None:
         return
-    pipeline = Pipeline(sensor.profile, result.bundle, compiled=False)
+    pipeline = Pipeline(sensor.profile, result.bundle)
     measured = pipeline.process(frame).summary(blame_of)
     if as_json:
         print_json({"measured": measured})

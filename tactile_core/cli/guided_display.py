@@ -13,8 +13,7 @@ from tactile_core.cli.output import print_data, print_json, terminal
 if TYPE_CHECKING:
     from tactile_core.calibration.guided.guidance import Guidance
 
-COLUMNS = 48
-"""Width of the map, characters."""
+COLUMNS = 48  # Width of the map, characters
 SHADES = " .:+#"
 """From nothing covered to all."""
 TARGET, IMPRINT = "O", "x"

@@ -13,8 +13,8 @@ from typing import Any, TextIO
 from tactile_core.formats.json import plain
 from tactile_core.formats.printable import printable
 
+# Streams for data inside only_data_on_stdout; the last one is in use.
 _data: list[TextIO | None] = []
-"""Streams for data inside :func:`only_data_on_stdout`; the last one is in use."""
 
 
 class StdoutClosed(Exception):

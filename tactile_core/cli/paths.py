@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from tactile_core.errors import InputError
 from tactile_core.formats.printable import printable
 
-LONGEST_NAME = 255
-"""Longest file name that file systems accept, bytes."""
+LONGEST_NAME = 255  # Longest file name that file systems accept, bytes
 
 
 def refuse_impossible(words: Sequence[str]) -> None:

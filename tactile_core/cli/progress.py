@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Self
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
-PATIENCE_S = 1.0
-"""Time before the bar appears, s."""
+PATIENCE_S = 1.0  # Time before the bar appears, s
 
 
 class Bar:

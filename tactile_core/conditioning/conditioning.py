@@ -33,15 +33,12 @@ class Conditioning:
     known : Reference or None
         Trusted reference whose exposures are in the correct order, such as that of the bundle.
         ``reference`` is verified against it.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     reference: Reference | None
     finder: MarkerFinder | None = None
     compensates: bool = True
     known: Reference | None = None
-    compiled: bool = False
 
     @classmethod
     def of(
@@ -51,7 +48,6 @@ class Conditioning:
         *,
         compensates: bool,
         known: Reference | None = None,
-        compiled: bool = False,
     ) -> Self:
         """Make the conditioning of a sensor build, and mask the markers of the reference.
 
@@ -60,8 +56,8 @@ class Conditioning:
         InputError
             The profile has ``markers: auto``, and there is no reference to detect them in.
         """
-        finder = MarkerFinder.of(build, reference, compiled=compiled)
-        return cls(None, finder, compensates, known, compiled).against(reference)
+        finder = MarkerFinder.of(build, reference)
+        return cls(None, finder, compensates, known).against(reference)
 
     def against(self, reference: Reference | None) -> Self:
         """Return a copy with another reference."""
@@ -134,4 +130,4 @@ class Conditioning:
     def _drift(self) -> DriftCompensator | None:
         if self.reference is None:
             return None
-        return DriftCompensator(self.reference, divides=self.compensates, compiled=self.compiled)
+        return DriftCompensator(self.reference, divides=self.compensates)

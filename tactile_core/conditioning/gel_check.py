@@ -20,28 +20,23 @@ from tactile_core.bundles.light_range import LightRange
 from tactile_core.quantities import Frame, Reference, ShownGel
 from tactile_core.quantities.shown_gel import Cause
 
-MARGIN = 0.05
-"""Share of the cells by which a mistake must explain a frame better than none does."""
+MARGIN = 0.05  # Share of the cells by which a mistake must explain a frame better than none does
 
+# Logarithm of intensity by which a cell may differ from every tilt of the surface.
 SURFACE_TOLERANCE = 0.04
-"""Logarithm of intensity by which a cell may differ from every tilt of the surface."""
 
 SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 
-FLOOR = 0.004
-"""Logarithm of intensity that noise and rounding leave in a smooth field."""
+FLOOR = 0.004  # Logarithm of intensity that noise and rounding leave in a smooth field
 
-BLACK = 0.12
-"""Share of the reference's readable cells that may be dark in every channel."""
+BLACK = 0.12  # Share of the reference's readable cells that may be dark in every channel
 
+# Share of what a constant leaves that a change of the light explains; a wide contact does not.
 EXPLAINED = 0.25
-"""Share of what a constant leaves that a change of the light explains; a wide contact does not."""
 
-EXPLAINED_CELLS = 0.08
-"""Share of the cells that is enough, however many a constant leaves."""
+EXPLAINED_CELLS = 0.08  # Share of the cells that is enough, however many a constant leaves
 
-UNSEEN_READABLE = 0.5
-"""Share of the reference's readable cells that a frame must show."""
+UNSEEN_READABLE = 0.5  # Share of the reference's readable cells that a frame must show
 
 
 @dataclass(frozen=True)

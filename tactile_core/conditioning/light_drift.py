@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,21 +10,12 @@ from tactile_core.algorithms.drift import ReferenceLevels, divided
 from tactile_core.quantities import Frame, Reference
 
 
-class CompensationParameters(NamedTuple):
-    """Parameters of the compensation. Nothing sets them from outside: they save time alone.
+class COMPENSATION:
+    """Parameters of the compensation. Nothing sets them from outside: they save time alone."""
 
-    Attributes
-    ----------
-    least_drift : float, ratio
-        If no gain differs from 1 by more, the frame is not divided.
-        Source: chosen by hand (ADR 10); no script derives it.
-    """
-
-    least_drift: float = 0.002
-
-
-COMPENSATION = CompensationParameters()
-"""The values in use."""
+    # [ratio] If no gain differs from 1 by more, the frame is not divided. Source: by hand, (ADR
+    # 10).
+    least_drift = 0.002
 
 
 class DriftCompensator:
@@ -39,15 +29,11 @@ class DriftCompensator:
     reference : Reference
     divides : bool
         False only measures the change of the light, as ``Frame.light_ratio``.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
-    def __init__(
-        self, reference: Reference, *, divides: bool = True, compiled: bool = False
-    ) -> None:
+    def __init__(self, reference: Reference, *, divides: bool = True) -> None:
         self._reference, self._divides = reference, divides
-        self._levels = ReferenceLevels(reference.pixels, reference.full_scale, compiled=compiled)
+        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
     def compensated(self, frame: Frame) -> Frame:
         """Return the frame as it would look under the illumination of the reference."""

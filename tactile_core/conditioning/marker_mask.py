@@ -22,25 +22,19 @@ from tactile_core.interfaces.component import GelImage
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Reference
 
+# What every message about missing markers says.
 ONLY_DARK = "only dark markers are detected, not white or coloured dots and pins"
-"""What every message about missing markers says."""
 
 
 @dataclass(frozen=True)
 class MarkerFinder:
-    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``.
-
-    ``compiled`` says whether to use :mod:`tactile_core.algorithms.kernels`.
-    """
+    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
 
     diameter_px: float
     pitch_px: float
-    compiled: bool = False
 
     @classmethod
-    def of(
-        cls, build: GelImage, reference: Reference | None = None, *, compiled: bool = False
-    ) -> MarkerFinder | None:
+    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
         """Return the finder for a gel, or None for a gel without markers.
 
         Raises
@@ -52,14 +46,14 @@ class MarkerFinder:
         if markers is None:
             return None
         if isinstance(markers, Markers):
-            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px, compiled)
+            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px)
         if reference is None:
             raise InputError(
                 "'gel.markers: auto' needs a reference image to detect the markers in; "
                 "give --reference"
             )
         found = detectable_diameter(np.asarray(reference.pixels))
-        return None if found is None else cls(*found[:2], compiled)
+        return None if found is None else cls(*found[:2])
 
     def find(self, pixels: Pixels) -> Bool:
         """Return the mask of the markers and their rims, (H, W) bool."""
@@ -68,7 +62,7 @@ class MarkerFinder:
     def marked(self, frame: Frame) -> Frame:
         """Return the frame with its marker mask and marker contrast."""
         marker_contrast = self._contrast(frame)
-        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2], compiled=self.compiled)
+        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
         return frame.beside(marker_mask=marker_mask, marker_contrast=marker_contrast)
 
     def detect(self, frame: Frame | Reference) -> MarkerDetections:
@@ -83,7 +77,6 @@ class MarkerFinder:
             frame.pixels.shape[:2],
             diameter_px=self.diameter_px,
             pitch_px=self.pitch_px,
-            compiled=self.compiled,
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
 
@@ -92,7 +85,6 @@ class MarkerFinder:
             frame.pixels,
             diameter_px=self.diameter_px,
             halves=frame.halves if isinstance(frame, Frame) and self._halves else None,
-            compiled=self.compiled,
         )
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -29,66 +29,29 @@ from tactile_core.views.arrows import arrows
 from tactile_core.views.maps import Overlay, deviation, relief
 
 
-class DemoParameters(NamedTuple):
-    """Set-up of the demonstration. It is fixed, so that its figures are comparable.
+class DEMO:
+    """Set-up of the demonstration. It is fixed, so that its figures are comparable."""
 
-    Attributes
-    ----------
-    presses : int, count
-        Presses of the calibration ball.
-        Source: chosen by hand; no script derives it.
-    ball_widths : float, view widths
-        Diameter of the calibration ball; at most ``ball_thicknesses`` on a thin gel.
-        Source: chosen by hand; no script derives it.
-    ball_thicknesses : float, gel thicknesses
-        Upper bound of the ball's diameter.
-        Source: chosen by hand; no script derives it.
-    reach_widths : float, view sizes
-        Largest distance of a press from the image centre along x and y.
-        Source: chosen by hand; no script derives it.
-    depths : (float, float), ball diameters
-        Range of the calibration presses' depth.
-        Source: chosen by hand; no script derives it.
-    shear_step : float, ball diameters
-        Shear displacement between two checks of the stick region.
-        Source: chosen by hand; no script derives it.
-    max_shears : int, count
-        Largest number of such steps.
-        Source: chosen by hand; no script derives it.
-    stick_shares : tuple of float, share of the contact
-        A figure is drawn when the stick region first shrinks to each of these.
-        Source: chosen by hand: full stick, two stages of partial slip, gross slip.
-    view_contacts : float, contact widths
-        Size of the image section in a figure.
-        Source: chosen by hand; no script derives it.
-    min_contact : float, share of the image
-        Smallest contact size that sets this section.
-        Source: chosen by hand; no script derives it.
-    error_percentile : float, percent
-        The colour scale of errors ends here, so that single pixels do not set it.
-        Source: chosen by hand; no script derives it.
-    resolved_share : float, share of the true depth
-        The camera resolves a peak that keeps this much of its depth when the calibration's
-        smoothing is applied to the true height map.
-        Source: the accuracy wanted of the median peak, 2 %.
-    """
-
-    presses: int = 12
-    ball_widths: float = 0.22
-    ball_thicknesses: float = 2
-    reach_widths: float = 0.38
-    depths: tuple[float, float] = (0.12, 0.22)
-    shear_step: float = 0.02
-    max_shears: int = 40
+    presses = 12  # [count] Presses of the calibration ball
+    # [view widths] Diameter of the calibration ball; at most ``ball_thicknesses`` on a thin gel.
+    ball_widths = 0.22
+    ball_thicknesses: float = 2  # [gel thicknesses] Upper bound of the ball's diameter
+    # [view sizes] Largest distance of a press from the image centre along x and y.
+    reach_widths = 0.38
+    depths = (0.12, 0.22)  # [float), ball diameters] Range of the calibration presses' depth
+    shear_step = 0.02  # [ball diameters] Shear displacement between two checks of the stick region
+    max_shears = 40  # [count] Largest number of such steps
+    # [share of the contact] A figure is drawn when the stick region first shrinks to each of
+    # these. Source: by hand, : full stick, two stages of partial slip, gross slip.
     stick_shares: tuple[float, ...] = (1.0, 0.66, 0.33, 0.0)
-    view_contacts: float = 3.5
-    min_contact: float = 0.02
-    error_percentile: float = 99.5
-    resolved_share: float = 0.98
-
-
-DEMO = DemoParameters()
-"""The values in use."""
+    view_contacts = 3.5  # [contact widths] Size of the image section in a figure
+    min_contact = 0.02  # [share of the image] Smallest contact size that sets this section
+    # [percent] The colour scale of errors ends here, so that single pixels do not set it.
+    error_percentile = 99.5
+    # [share of the true depth] The camera resolves a peak that keeps this much of its depth when
+    # the calibration's smoothing is applied to the true height map. Source: the accuracy wanted
+    # of the median peak, 2 %.
+    resolved_share = 0.98
 
 
 @dataclass(frozen=True)
@@ -142,11 +105,10 @@ _OBJECTS = (
 )
 
 
-Demonstration = tuple[list[DemoRow], list[str]]
-"""Figures of one rig, and HTML for the report."""
+Demonstration = tuple[list[DemoRow], list[str]]  # Figures of one rig, and HTML for the report
 
+# Stages of demonstration: the calibration, each object, and a ball that slips.
 STAGES = 2 + len(_OBJECTS)
-"""Stages of :func:`demonstration`: the calibration, each object, and a ball that slips."""
 
 
 def demonstrate(profile: Profile, progress: Progress) -> Demonstration:
@@ -167,11 +129,10 @@ def demonstration(
     profile: Profile, progress: Progress
 ) -> Generator[Demonstration | None, None, None]:
     """Demonstrate one rig in :data:`STAGES` stages; the last one yields the result."""
-    # a dozen frames do not make up for the time that kernels take to load
-    stage, ball_mm = VirtualStage(profile, compiled=False), _ball_mm(profile)
+    stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
     bundle, summary = _calibrated(profile, stage, ball_mm, progress)
     yield None
-    pipeline = Pipeline(profile, bundle, compiled=False)
+    pipeline = Pipeline(profile, bundle)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
         _press(stage, pressed, ball_mm)
@@ -190,7 +151,7 @@ def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> 
     CalibrationError
         Its presses cannot be fitted.
     """
-    stage = VirtualStage(profile, compiled=False)
+    stage = VirtualStage(profile)
     return _calibrated(profile, stage, _ball_mm(profile), progress or Silent())[0]
 
 

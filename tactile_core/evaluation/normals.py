@@ -88,8 +88,7 @@ class MeasuredNormals:
         return html.page("Normals on a ball", [html.row(parts), html.table(header, rows)])
 
 
-_PLOTTED = 4000
-"""Pixels in a plot, at most."""
+_PLOTTED = 4000  # Pixels in a plot, at most
 
 
 def evaluate_normals(

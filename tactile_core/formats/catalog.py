@@ -11,11 +11,9 @@ from tactile_core.errors import InputError
 from tactile_core.formats.cells import read_table
 from tactile_core.formats.printable import printable, shown
 
-CATALOG_FILE = "catalog.csv"
-"""File name of the catalogue."""
+CATALOG_FILE = "catalog.csv"  # File name of the catalogue
 
-FOLDER_COLUMN = "experiment_reldir"
-"""Column of a catalogue that lists folders."""
+FOLDER_COLUMN = "experiment_reldir"  # Column of a catalogue that lists folders
 
 _PLACES = (FOLDER_COLUMN, "file")
 _DIAMETERS = ("diameter(mm)", "diameter_mm")

@@ -10,11 +10,11 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.formats.unfinished import temporary_path
 
+# Largest file that is read into memory, bytes. Videos are read frame by frame instead.
 MAX_BYTES = 1 << 30
-"""Largest file that is read into memory, bytes. Videos are read frame by frame instead."""
 
+# Largest text file, bytes; twice the size of a table of 100,000 labelled presses.
 MAX_TEXT_BYTES = 10_000_000
-"""Largest text file, bytes; twice the size of a table of 100,000 labelled presses."""
 
 
 def status(path: Path) -> os.stat_result:

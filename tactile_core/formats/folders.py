@@ -16,23 +16,19 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.formats.unfinished import remove_leftovers, replaced, temporary_path
 
+# Returns the files of a folder whose whole content may be replaced; else raises an InputError. The
+# last file lists the others, so it is deleted last.
 FilesOf = Callable[[Path], Collection[Path]]
-"""Returns the files of a folder whose whole content may be replaced; else raises an InputError.
 
-The last file lists the others, so it is deleted last.
-"""
+_AT_FDCWD, _NOREPLACE, _EXCHANGE = -100, 1, 2  # Arguments of Linux's `renameat2`
 
-_AT_FDCWD, _NOREPLACE, _EXCHANGE = -100, 1, 2
-"""Arguments of Linux's ``renameat2``."""
-
+# Errors of a system or disk without `renameat2`.
 _UNSUPPORTED = frozenset({errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM})
-"""Errors of a system or disk without ``renameat2``."""
 
+# Errors of renaming a folder to a folder that is not empty.
 _OCCUPIED = frozenset({errno.ENOTEMPTY, errno.EEXIST})
-"""Errors of renaming a folder to a folder that is not empty."""
 
-_ATTEMPTS = 100
-"""Attempts to replace a folder that other processes replace at the same time, count."""
+_ATTEMPTS = 100  # Attempts to replace a folder that other processes replace at the same time, count
 
 
 def make_folder(folder: Path) -> None:
@@ -197,7 +193,7 @@ def _delete(folder: Path, files: Collection[Path]) -> None:
 
 def _exchange(one: Path, other: Path) -> None:
     """Exchange two folders, in one step where the system and the disk support it."""
-    try:
+    try:  # with two renames alone, a reader or a kill between them would find no folder
         _rename_with(one, other, _EXCHANGE)
         return
     except OSError as error:

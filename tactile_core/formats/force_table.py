@@ -14,8 +14,7 @@ from tactile_core.formats.cells import finite_number, observation_name, read_tab
 from tactile_core.formats.printable import shown
 
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")
-_GRAVITY_M_S2 = 9.80665
-"""Standard acceleration of gravity, m/s²."""
+_GRAVITY_M_S2 = 9.80665  # Standard acceleration of gravity, m/s²
 
 Key = Literal["frame", "file", "time_s"]
 

@@ -1,6 +1,7 @@
 """Parses the headers of image files, to reject oversized and truncated ones before decoding.
 
-Supported formats: PNG, JPEG, BMP, TIFF, WebP, PGM and PPM.
+Supported formats: PNG, JPEG, BMP, TIFF, WebP, PGM and PPM. Pillow opens these lazily too, but
+hides the 16 bits of a colour PNG, warns about large images, and finds truncation only by decoding.
 """
 
 from __future__ import annotations
@@ -12,24 +13,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 
+# Largest image, pixels. Cameras of such sensors have at most 20 megapixels, and measuring takes
+# about fifty bytes per pixel.
 MAX_PIXELS = 50_000_000
-"""Largest image, pixels. Cameras of such sensors have at most 20 megapixels, and measuring takes
-about fifty bytes per pixel."""
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-"""First bytes of a PNG."""
+_PNG = b"\x89PNG\r\n\x1a\n"  # First bytes of a PNG
 
+# Channels by the colour type of a PNG; alpha does not count, a palette counts as RGB.
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 1, 6: 3}
-"""Channels by the colour type of a PNG; alpha does not count, a palette counts as RGB."""
 
-_JPEG = b"\xff\xd8\xff"
-"""First bytes of a JPEG."""
+_JPEG = b"\xff\xd8\xff"  # First bytes of a JPEG
 
+# JPEG markers of a frame header ("start of frame").
 _SOF = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"""JPEG markers of a frame header ("start of frame")."""
 
-_SOS = 0xDA
-"""JPEG marker before the compressed data ("start of scan")."""
+_SOS = 0xDA  # JPEG marker before the compressed data ("start of scan")
 
 _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))")
 """Header of a PGM or PPM, with comments: width and height."""
@@ -37,21 +35,19 @@ _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s
 _RAW_PNM = re.compile(rb"P([56])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))" + rb"\s")
 """Header of a binary PGM or PPM: type, width, height and largest value."""
 
+# Byte order by the first bytes of a TIFF, as struct writes it.
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
-"""Byte order by the first bytes of a TIFF, as :mod:`struct` writes it."""
 
-_TIFF_TYPES = {3: "H", 4: "I"}
-"""Integer types of TIFF fields, as :mod:`struct` writes them."""
+_TIFF_TYPES = {3: "H", 4: "I"}  # Integer types of TIFF fields, as struct writes them
 
+# Bytes of one value by the type of a TIFF field.
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
-"""Bytes of one value by the type of a TIFF field."""
 
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
+# Tags of the TIFF fields that are read.
 _TIFF_TAGS = frozenset({_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES})
-"""Tags of the TIFF fields that are read."""
 
-_ORIENTATION = 274
-"""Tag of the TIFF field that says how to turn the image."""
+_ORIENTATION = 274  # Tag of the TIFF field that says how to turn the image
 
 
 @dataclass(frozen=True)

@@ -23,19 +23,18 @@ from tactile_core.formats.headers import (
     without_orientation,
 )
 
+# Extensions of the image files of a folder.
 IMAGE_SUFFIXES = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".ppm", ".tif", ".tiff", ".webp"}
 )
-"""Extensions of the image files of a folder."""
 
+# Values of `OPENCV_LOG_LEVEL` that switch OpenCV's log off.
 _SILENT = frozenset({"OFF", "SILENT", "0"})
-"""Values of ``OPENCV_LOG_LEVEL`` that switch OpenCV's log off."""
 
-_HEADER_BYTES = 1 << 16
-"""Bytes that are read to find the header; metadata can precede it."""
+_HEADER_BYTES = 1 << 16  # Bytes that are read to find the header; metadata can precede it
 
+# Held while stderr is redirected: it belongs to the whole process, and cameras read in threads.
 _STDERR = Lock()
-"""Held while stderr is redirected: it belongs to the whole process, and cameras read in threads."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from tactile_core.formats.printable import printable
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
 
-_NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")
-"""Columns with numbers, px."""
+_NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")  # Columns with numbers, px
 
 
 def read_labels(

@@ -7,20 +7,15 @@ from dataclasses import dataclass
 
 from tactile_core.formats.headers import is_complete
 
-MAX_PART_BYTES = 1 << 26
-"""Largest image of a stream, bytes; a JPEG of 50 megapixels is smaller."""
+MAX_PART_BYTES = 1 << 26  # Largest image of a stream, bytes; a JPEG of 50 megapixels is smaller
 
-_MAX_HEADER_BYTES = 1 << 14
-"""Largest header of an image; anything longer is no header."""
+_MAX_HEADER_BYTES = 1 << 14  # Largest header of an image; anything longer is no header
 
-_BLANK_LINE = re.compile(rb"\r?\n\r?\n")
-"""End of a header."""
+_BLANK_LINE = re.compile(rb"\r?\n\r?\n")  # End of a header
 
-_JPEG = b"\xff\xd8\xff"
-"""First bytes of a JPEG."""
+_JPEG = b"\xff\xd8\xff"  # First bytes of a JPEG
 
-_JPEG_END = b"\xff\xd9"
-"""Last bytes of a JPEG."""
+_JPEG_END = b"\xff\xd9"  # Last bytes of a JPEG
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image, write_png
 
-_TOP = 65535
-"""Largest 16-bit value."""
+_TOP = 65535  # Largest 16-bit value
 
-_MIN_LENGTH = 0.5
-"""A shorter vector is not a unit normal."""
+_MIN_LENGTH = 0.5  # A shorter vector is not a unit normal
 
 
 def write_normals(path: Path, normals: NDArray[np.float32]) -> None:

@@ -16,8 +16,8 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
 from tactile_core.formats.printable import printable
 
+# Largest array, bytes; more than three float32 values for each pixel of the largest image.
 MAX_ARRAY_BYTES = 1 << 30
-"""Largest array, bytes; more than three float32 values for each pixel of the largest image."""
 
 
 def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:

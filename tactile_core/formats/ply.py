@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from tactile_core.formats.files import write_atomically
 
+# One triangle in the file: the number of its corners and their vertex indices.
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
-"""One triangle in the file: the number of its corners and their vertex indices."""
 
 
 def write_ply(path: Path, points_mm: NDArray[np.float32]) -> None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import reprlib
 
-_MAX_LENGTH = 60
-"""Characters of a text, of a number and of any other value in a message."""
+_MAX_LENGTH = 60  # Characters of a text, of a number and of any other value in a message
 
 
 class _Brief(reprlib.Repr):

@@ -16,11 +16,9 @@ from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.quantity import Guard, unguarded
 
-DESCRIPTION = "quantities"
-"""Name of the array that describes the others: JSON as UTF-8 bytes."""
+DESCRIPTION = "quantities"  # Name of the array that describes the others: JSON as UTF-8 bytes
 
-Arrays = Mapping[str, NDArray[Any]]
-"""Arrays by name."""
+Arrays = Mapping[str, NDArray[Any]]  # Arrays by name
 
 
 def arrays_of(

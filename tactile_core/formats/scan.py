@@ -11,20 +11,16 @@ from tactile_core.errors import InputError
 from tactile_core.formats.printable import shown
 from tactile_core.formats.yaml import number, read_mapping
 
-SCAN_FILE = "scan.yaml"
-"""Name of the file in a scan's folder."""
+SCAN_FILE = "scan.yaml"  # Name of the file in a scan's folder
 
-Crop = tuple[int, int, int, int]
-"""x, y, width and height in the camera's pixels."""
+Crop = tuple[int, int, int, int]  # x, y, width and height in the camera's pixels
 
-_MIN_MM_PER_PX, _MAX_MM_PER_PX = 1e-6, 100.0
-"""Limits of the size of a pixel on the gel, mm."""
+_MIN_MM_PER_PX, _MAX_MM_PER_PX = 1e-6, 100.0  # Limits of the size of a pixel on the gel, mm
 
-_MAX_PX = 100_000
-"""Largest coordinate or size of a crop, px."""
+_MAX_PX = 100_000  # Largest coordinate or size of a crop, px
 
+# Keys that have an attribute of their own in Scan.
 _READ_KEYS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
-"""Keys that have an attribute of their own in :class:`Scan`."""
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,16 @@ from tactile_core.errors import InputError
 from tactile_core.formats.printable import shown
 from tactile_core.formats.yaml import number, read_mapping
 
-_RESOLUTION_TOLERANCE = 0.05
-"""Largest relative deviation of a scale from a binning factor."""
+_RESOLUTION_TOLERANCE = 0.05  # Largest relative deviation of a scale from a binning factor
 
-_MAX_BINNING = 1e3
-"""Largest factor between the resolutions of a target and of an image."""
+_MAX_BINNING = 1e3  # Largest factor between the resolutions of a target and of an image
 
-_MAX_CIRCLES = 10_000
-"""Largest number of circles in a file, count."""
+_MAX_CIRCLES = 10_000  # Largest number of circles in a file, count
 
-_MAX_MM = 1000.0
-"""Largest radius and pitch of the balls, mm."""
+_MAX_MM = 1000.0  # Largest radius and pitch of the balls, mm
 
+# Largest coordinate, px. A target can be drawn on a larger image than the one that is measured.
 _MAX_PX = 1e6
-"""Largest coordinate, px. A target can be drawn on a larger image than the one that is measured."""
 
 
 @dataclass(frozen=True, eq=False)

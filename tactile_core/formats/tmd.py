@@ -17,20 +17,16 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
 from tactile_core.formats.headers import MAX_PIXELS
 
-_HEADER = b"Binary TrueMap Data File v2.0\r\n\0"
-"""First bytes of a file."""
+_HEADER = b"Binary TrueMap Data File v2.0\r\n\0"  # First bytes of a file
 
-_SIZES = struct.Struct("<II4f")
-"""Columns, rows, lengths and offsets."""
+_SIZES = struct.Struct("<II4f")  # Columns, rows, lengths and offsets
 
-_MAX_COMMENT_BYTES = 4096
-"""Length of the comment including its NUL, bytes."""
+_MAX_COMMENT_BYTES = 4096  # Length of the comment including its NUL, bytes
 
-_SQUARE_TOLERANCE = 0.01
-"""Largest relative difference between the pixel sizes along x and y."""
+_SQUARE_TOLERANCE = 0.01  # Largest relative difference between the pixel sizes along x and y
 
+# Largest pixel size that is written, mm; float32 represents the lengths of such maps.
 _MAX_MM_PER_PX = 1e6
-"""Largest pixel size that is written, mm; float32 represents the lengths of such maps."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,18 +15,18 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
+# `new`: not yet moved to its final path. `old`: may contain what was replaced.
 State = Literal["new", "old"]
-"""``new``: not yet moved to its final path. ``old``: may contain what was replaced."""
 
+# Longest file name that a temporary name includes, bytes; file systems allow 255 in all.
 _MAX_LABEL_BYTES = 150
-"""Longest file name that a temporary name includes, bytes; file systems allow 255 in all."""
 
+# A temporary name: final name, machine, process number, random digits and state.
 _NAME = re.compile(
     r"\.(?P<label>.+)\.tactile-(?P<where>[0-9a-f]{8})-(?P<pid>[0-9]{1,9})-[0-9a-f]{8}"
     r"\.(?P<state>new|old)",
     re.DOTALL,
 )
-"""A temporary name: final name, machine, process number, random digits and state."""
 
 
 def temporary_path(path: Path, state: State = "new") -> Path:

@@ -16,14 +16,13 @@ from tactile_core.formats.files import regular
 from tactile_core.formats.headers import MAX_PIXELS
 from tactile_core.formats.images import ImageKind
 
+# Extensions of the video files, all of which FFmpeg reads.
 VIDEO_SUFFIXES = frozenset(
     {".3gp", ".avi", ".flv", ".m2ts", ".m4v", ".mkv", ".mov", ".mp4"}
     | {".mpeg", ".mpg", ".mts", ".ogv", ".ts", ".webm", ".wmv"}
 )
-"""Extensions of the video files, all of which FFmpeg reads."""
 
-NOMINAL_FPS = 30.0
-"""Frame rate assumed for a file without timestamps, Hz."""
+NOMINAL_FPS = 30.0  # Frame rate assumed for a file without timestamps, Hz
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,13 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.printable import shown
 
+# Largest file, bytes. It takes about 10 s to read; a scan with a thousand drawn circles has a tenth
+# of this size.
 MAX_BYTES = 1_000_000
-"""Largest file, bytes. It takes about 10 s to read; a scan with a thousand drawn circles has a
-tenth of this size."""
 
-_HUGE = 1e30
-"""No number in such files is larger."""
+_HUGE = 1e30  # No number in such files is larger
 
-_MAX_EXPANDED = 10 * MAX_BYTES
-"""Largest content after all aliases are expanded, characters."""
+_MAX_EXPANDED = 10 * MAX_BYTES  # Largest content after all aliases are expanded, characters
 
 
 def read_mapping(path: Path) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
@@ -22,16 +22,6 @@ class Calibration(Artefact):
     """
 
     compensation: ClassVar[Compensation] = "channel"
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the calibration that one pipeline uses; by default this object.
-
-        Parameters
-        ----------
-        compiled : bool
-            Whether the pipeline uses compiled loops, for a model that has them.
-        """
-        return self
 
     @abstractmethod
     def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:

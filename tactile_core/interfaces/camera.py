@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.illumination import Exposure
     from tactile_core.interfaces.stream_statistics import StreamStatistics
 
+# What happens to an image that is unread when the next one arrives.
 Drop = Literal["oldest", "never"]
-"""What happens to an image that is unread when the next one arrives."""
 
+# The camera object that last opened each device, by device id; shared by the whole process.
 _HOLDERS: WeakValueDictionary[str, Camera] = WeakValueDictionary()
-"""The camera object that last opened each device, by device id; shared by the whole process."""
 
 _CLAIMING = Lock()
 

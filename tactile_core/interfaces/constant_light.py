@@ -10,8 +10,7 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
 
-GREY, COLOUR = 1, 3
-"""Number of channels of a grey and of a colour image."""
+GREY, COLOUR = 1, 3  # Number of channels of a grey and of a colour image
 
 
 class ConstantLightOptions(LightOptions):

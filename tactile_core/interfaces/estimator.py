@@ -18,8 +18,8 @@ from tactile_core.quantities import Float32, Quantity
 Q = TypeVar("Q", bound=Quantity)
 
 EXTERNAL = "external"
+# An input that the caller supplies with each frame: `Pipeline.process(frame, pose)`.
 External = Annotated[Q, EXTERNAL]
-"""An input that the caller supplies with each frame: ``Pipeline.process(frame, pose)``."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,10 @@ class SensorContext:
         Size and scale of the image in which all quantities are defined.
     gel : Gel
         Thickness, stiffness, coating and markers, as far as the profile gives them.
-    compiled : bool
-        Whether the pipeline uses compiled loops, for a step that has them.
     """
 
     image: ImageSection
     gel: Gel
-    compiled: bool = False
 
     @cached_property
     def rest_mm(self) -> Float32 | None:

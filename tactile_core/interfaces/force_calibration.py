@@ -12,8 +12,7 @@ from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.quantities import Quantity
 
-COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")
-"""The components of a force, in the order of :attr:`tactile_core.Wrench.values`."""
+COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")  # The components of a force, in the order of values
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,16 +23,14 @@ Point3 = tuple[float, float, float]
 ImageCrop = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]
 
 FEWEST_PX = 2  # a slope needs a neighbour
+# Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates.
 _MOST_PX = 32_766
-"""Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates."""
-_FINEST_MM = 1e-6
-"""Smallest accepted mm_per_px: one nanometre, far below the resolution of light."""
+_FINEST_MM = 1e-6  # Smallest accepted mm_per_px: one nanometre, far below the resolution of light
+# Widest accepted image: a wider one means that mm_per_px was given in pixels per mm.
 _WIDEST_MM = 1000.0
-"""Widest accepted image: a wider one means that mm_per_px was given in pixels per mm."""
+# Least area of a triangle of three corners, as a share of the corners' bounding box.
 _LEAST_TRIANGLE_SHARE = 1e-3
-"""Least area of a triangle of three corners, as a share of the corners' bounding box."""
-_DISTORTIONS = (4, 5, 8, 12, 14)
-"""Numbers of distortion coefficients that OpenCV accepts."""
+_DISTORTIONS = (4, 5, 8, 12, 14)  # Numbers of distortion coefficients that OpenCV accepts
 
 
 class Warp(Section):

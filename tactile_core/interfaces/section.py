@@ -8,8 +8,7 @@ from pydantic import BaseModel, ConfigDict, field_validator
 
 from tactile_core.formats.printable import shown
 
-MOST = 1e9
-"""Largest magnitude of any number in a profile, in any unit."""
+MOST = 1e9  # Largest magnitude of any number in a profile, in any unit
 
 
 class Section(BaseModel):

@@ -21,8 +21,7 @@ from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Quantity
 
-TRUTH = "truth"
-"""The choice that shows the truth of a virtual sensor."""
+TRUTH = "truth"  # The choice that shows the truth of a virtual sensor
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def alternative_pipeline(sensor: Sensor, choice: Choice) -> Pipeline:
     own = sensor.pipeline
     profile = swapped(sensor.profile, choice.step, choice.use) if choice.step else sensor.profile
     bundle = own.bundle if choice.bundle is None else Bundle.load(choice.bundle)
-    made = Pipeline(profile, bundle, own.reference, serial=sensor.serial, compiled=own.compiled)
+    made = Pipeline(profile, bundle, own.reference, serial=sensor.serial)
     copied: Pipeline = pickle.loads(pickle.dumps(made))  # shares nothing with the other thread
     return copied
 

@@ -40,6 +40,7 @@ from tactile_core.sim.hand import Aim, Hand
 
 T = TypeVar("T")
 
+# Objects for the hand, and their options for one size.
 _OBJECTS: dict[str, Callable[[float], dict[str, Any]]] = {
     "sphere": lambda mm: {"diameter_mm": mm},
     "cylinder": lambda mm: {"diameter_mm": mm, "length_mm": 1.6 * mm},
@@ -48,10 +49,8 @@ _OBJECTS: dict[str, Callable[[float], dict[str, Any]]] = {
     "coin": lambda mm: {"diameter_mm": mm},
     "screw": lambda mm: {"diameter_mm": mm},
 }
-"""Objects for the hand, and their options for one size."""
 
-_REMEMBERED = 300
-"""Times from frame to screen that are kept."""
+_REMEMBERED = 300  # Times from frame to screen that are kept
 
 
 class Desk:

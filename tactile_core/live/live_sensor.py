@@ -29,11 +29,9 @@ from tactile_core.sim.hand_camera import HandCamera
 
 T = TypeVar("T")
 
-_RETRY_S = 2.0
-"""Time between two attempts to open lost devices."""
+_RETRY_S = 2.0  # Time between two attempts to open lost devices
 
-_SMOOTHING = 0.9
-"""Weight of the past in the rate."""
+_SMOOTHING = 0.9  # Weight of the past in the rate
 
 
 class LiveSensor:

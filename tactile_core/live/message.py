@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_ALIGNED = 8
-"""Arrays begin at a multiple of this, as a browser's typed arrays need it."""
+_ALIGNED = 8  # Arrays begin at a multiple of this, as a browser's typed arrays need it
 
 
 class Parts:

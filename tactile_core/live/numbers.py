@@ -15,6 +15,7 @@ from tactile_core.plugins.blame import blame_of
 from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
 
+# Units at the end of the names in a summary.
 _UNITS = {
     "mm2": "mm²",
     "nmm": "N·mm",
@@ -28,18 +29,15 @@ _UNITS = {
     "hz": "Hz",
     "px": "px",
 }
-"""Units at the end of the names in a summary."""
 
 _SHOWN_UNITS = {"deg": "°", "mm/mm": ""}
 
+# Keys of the best-known numbers; those of a wrench are plotted too.
 _FEATURED = ("max_height_mm", "contact_area_mm2", "slip.degree", "load")
-"""Keys of the best-known numbers; those of a wrench are plotted too."""
 
-_FEW = 6
-"""Longest row of numbers that is a handful of numbers, such as a wrench, and not a curve."""
+_FEW = 6  # Longest row of numbers that is a handful of numbers, such as a wrench, and not a curve
 
-_CURVE = 512
-"""Longest row of numbers that is shown as a curve."""
+_CURVE = 512  # Longest row of numbers that is shown as a curve
 
 
 @dataclass(frozen=True)

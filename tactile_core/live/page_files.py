@@ -16,17 +16,17 @@ _TYPES = {
     ".svg": "image/svg+xml",
 }
 
+# The page loads only its own files, speaks only with this server, and is in no other page.
 PAGE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""The page loads only its own files, speaks only with this server, and is in no other page."""
 
+# A report is one file with its pictures in it, and runs nothing.
 REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'; sandbox"
 )
-"""A report is one file with its pictures in it, and runs nothing."""
 
 HEADERS: Mapping[str, str] = {
     "X-Content-Type-Options": "nosniff",

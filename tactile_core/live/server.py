@@ -24,11 +24,9 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
 
-_LIVE = "live/"
-"""Begins the address of a sensor's websocket, before its number."""
+_LIVE = "live/"  # Begins the address of a sensor's websocket, before its number
 
-_REPORT = "report/"
-"""Begins the address of a sensor's calibration report, before its number."""
+_REPORT = "report/"  # Begins the address of a sensor's calibration report, before its number
 
 _QUIET = logging.getLogger("tactile_core.live")
 _QUIET.addHandler(logging.NullHandler())

@@ -19,8 +19,7 @@ from tactile_core.live.truth import true_quantities
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-_WAITING = 8
-"""Commands of one page that may wait for each other."""
+_WAITING = 8  # Commands of one page that may wait for each other
 
 
 class Session:

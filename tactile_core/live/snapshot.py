@@ -14,8 +14,7 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.recordings.output_folder import OutputFolder
 
-SAVED = ("npz", "png")
-"""What a snapshot saves by default."""
+SAVED = ("npz", "png")  # What a snapshot saves by default
 
 _GIVEN: set[Path] = set()
 _GIVING = Lock()

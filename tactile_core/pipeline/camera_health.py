@@ -5,54 +5,36 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from statistics import median
-from typing import NamedTuple
 
 from tactile_core.acquisition.acquisition import Settings
 from tactile_core.interfaces.stream_statistics import StreamStatistics
 from tactile_core.pipeline.health import Finding
 
 
-class CameraHealthParameters(NamedTuple):
-    """Limits of what counts as a healthy stream.
+class CAMERA_HEALTH:
+    """Limits of what counts as a healthy stream."""
 
-    Attributes
-    ----------
-    window_s : float, s
-        Time over which images are counted. Source: 300 images at 30 Hz, so that a share of 1 %
-        is more than one image.
-    settled_s : float, s
-        Age of a stream from which its rate is judged. Source: the time over which the rate is
-        measured; two images that arrive together are no rate.
-    fewest : int, images
-        Images from which a share is judged. Source: one image in ten is chance.
-    readings : int, count
-        Readings of which a median is taken. Source: one second at 30 Hz.
-    slow : float, ratio
-        A camera is slow below this share of its expected rate. Source: webcams that lengthen the
-        exposure in the dark fall to half; a lost image in ten is no change of the rate.
-    late_periods : float, frame periods
-        Age of an image when its measuring begins, beyond its exposure. Source: readout and
-        transfer take 1.5 at most; twice that means that images wait in a buffer.
-    torn, repeated : float, share of the images
-        Largest share of such images. Source: good cables tear none; one equal image in five is no
-        longer chance.
-    exposure : float, ratio
-        Change of the exposure. Source: half of the change of light that is compensated.
-    """
-
-    window_s: float = 10.0
-    settled_s: float = 2.0
-    fewest: int = 10
-    readings: int = 30
-    slow: float = 0.8
-    late_periods: float = 3.0
-    torn: float = 0.01
-    repeated: float = 0.2
-    exposure: float = 0.05
-
-
-CAMERA_HEALTH = CameraHealthParameters()
-"""The values in use."""
+    # [s] Time over which images are counted. Source: 300 images at 30 Hz, so that a share of 1 %
+    # is more than one image.
+    window_s = 10.0
+    # [s] Age of a stream from which its rate is judged. Source: the time over which the rate is
+    # measured; two images that arrive together are no rate.
+    settled_s = 2.0
+    fewest = 10  # [images] Images from which a share is judged. Source: one image in ten is chance.
+    readings = 30  # [count] Readings of which a median is taken. Source: one second at 30 Hz.
+    # [ratio] A camera is slow below this share of its expected rate. Source: webcams that
+    # lengthen the exposure in the dark fall to half; a lost image in ten is no change of the
+    # rate.
+    slow = 0.8
+    # [frame periods] Age of an image when its measuring begins, beyond its exposure. Source:
+    # readout and transfer take 1.5 at most; twice that means that images wait in a buffer.
+    late_periods = 3.0
+    # [share of the images] Largest share of such images. Source: good cables tear none; one equal
+    # image in five is no longer chance.
+    torn = 0.01
+    repeated = 0.2
+    # [ratio] Change of the exposure. Source: half of the change of light that is compensated.
+    exposure = 0.05
 
 
 class CameraHealth:
@@ -158,7 +140,7 @@ class CameraHealth:
             problem = (
                 f"{count} of {images} images were not measured, because that takes "
                 f"{1e3 * busy_s:.0f} ms and an image comes every {1e3 / self._rate_hz:.0f} ms; "
-                f"leave out steps, make the image smaller, or install 'tactile-core[fast]'"
+                f"leave out steps or make the image smaller"
             )
         return Finding.judged(count, None, "", problem)
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 from tactile_core.acquisition.acquisition import CAMERA, DRIVER
 from tactile_core.acquisition.device_list import shared_hubs
@@ -38,6 +38,7 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ShownGel
 
+# What must be right before a device is open, in this order, and the error if it is not.
 _STAGES: tuple[tuple[str, type[DeviceError]], ...] = (
     ("library", LibraryMissing),
     ("found", DeviceAbsent),
@@ -45,31 +46,20 @@ _STAGES: tuple[tuple[str, type[DeviceError]], ...] = (
     ("not busy", DeviceBusy),
     ("bandwidth", BandwidthError),
 )
-"""What must be right before a device is open, in this order, and the error if it is not."""
 
 _NOT_OPEN = "it is not open, because of the problem above"
 
 
-class ExaminationParameters(NamedTuple):
-    """How a sensor is examined.
+class EXAMINATION:
+    """How a sensor is examined."""
 
-    Attributes
-    ----------
-    reads_s : float, s
-        Time for which a live sensor is read. Source: the rate is measured over two seconds.
-    settling : int, images
-        Images until one shows a change of the lights. Source: drivers of cameras buffer four.
-    brighter : float, ratio
-        By which lights change an image at least. Source: a tenth is the most that drifts.
-    """
-
-    reads_s: float = 2.5
-    settling: int = 6
-    brighter: float = 1.1
-
-
-EXAMINATION = ExaminationParameters()
-"""The values in use."""
+    # [s] Time for which a live sensor is read. Source: the rate is measured over two seconds.
+    reads_s = 2.5
+    # [images] Images until one shows a change of the lights. Source: drivers of cameras buffer
+    # four.
+    settling = 6
+    # [ratio] By which lights change an image at least. Source: a tenth is the most that drifts.
+    brighter = 1.1
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from statistics import median
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,24 +15,13 @@ from tactile_core.pipeline.notes import saturation_warning
 from tactile_core.quantities import Frame, MarkerField
 
 
-class GelHealthParameters(NamedTuple):
-    """Limits of what counts as a healthy gel.
+class GEL_HEALTH:
+    """Limits of what counts as a healthy gel."""
 
-    Attributes
-    ----------
-    readings : int, count
-        Readings of which a median is taken. Source: one second at 30 Hz.
-    seen : float, share of the markers
-        Least share that is seen. Source: a contact over a tenth of the view hides at most as many;
-        twice that is unusual.
-    """
-
-    readings: int = 30
-    seen: float = 0.8
-
-
-GEL_HEALTH = GelHealthParameters()
-"""The values in use."""
+    readings = 30  # [count] Readings of which a median is taken. Source: one second at 30 Hz.
+    # [share of the markers] Least share that is seen. Source: a contact over a tenth of the view
+    # hides at most as many; twice that is unusual.
+    seen = 0.8
 
 
 class GelHealth:

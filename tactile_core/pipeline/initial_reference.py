@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.errors import TactileError
 from tactile_core.pipeline.frame_check import check_reference
 from tactile_core.pipeline.frame_source import FrameSource
+from tactile_core.pipeline.made_up_frames import made_up_reference
+from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_reference
-from tactile_core.pipeline.warming import warm_up
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
-FIRST = "first"
-"""Value of ``reference``: use the first frame and mark every reading as relative."""
+FIRST = "first"  # Value of `reference`: use the first frame and mark every reading as relative
 
 
 class InitialReference:
@@ -66,6 +68,11 @@ class InitialReference:
             return self.known()
         return Reference(**{**vars(average([source.first()])), "relative": True})
 
-    def warm(self, bundle: Bundle | None) -> tuple[str, ...]:
-        """Load code with it before a camera is opened, and return notes for the user."""
-        return warm_up(self._profile, bundle, self.known(), first=self.is_first)
+    def warm(self, bundle: Bundle | None) -> None:
+        """Load code before a camera is opened: measure made-up frames as the sensor its own."""
+        with suppress(TactileError):  # reported when the devices are open
+            pipeline = Pipeline(self._profile, bundle, self.known())
+            if self.is_first and pipeline.reference is None:
+                made_up = made_up_reference(self._profile.image, pipeline.channels)
+                pipeline = pipeline.with_reference(made_up)
+            pipeline.warm()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.errors import SequenceError
@@ -12,21 +11,12 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Frame
 
 
-class LiveCheckParameters(NamedTuple):
-    """When dropping observations ends.
+class LIVE_CHECK:
+    """When dropping observations ends."""
 
-    Attributes
-    ----------
-    in_succession : int, count
-        Observations dropped in succession that are an error. Source: chance or a moving gel spoils
-        one or two; five have a cause that remains.
-    """
-
-    in_succession: int = 5
-
-
-LIVE_CHECK = LiveCheckParameters()
-"""The values in use."""
+    # [count] Observations dropped in succession that are an error. Source: chance or a moving gel
+    # spoils one or two; five have a cause that remains.
+    in_succession = 5
 
 
 class LiveCheck:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,36 +12,22 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Float32, Frame, Reference
 
 
-class WarmingParameters(NamedTuple):
-    """The made-up frames.
+class WARMING:
+    """The made-up frames."""
 
-    Attributes
-    ----------
-    radius : float, share of the image height
-        Radius of a disc. Source: chosen by hand; that of a fingertip's usual contacts.
-    shading : float, relative
-        Change of the intensity at its border. Source: chosen by hand; large enough for a contact.
-    moves_px : tuple of int, px
-        How far the discs have moved along x in each frame; None without discs.
-        Source: chosen by hand; the contact moves, so that trackers and slip steps measure.
-    level : float, share of the full scale
-        Intensity of the undeformed surface, if there is no reference. Source: chosen by hand.
-    marker_level : float, share of level
-        Intensity of its markers. Source: chosen by hand.
-    markers : int, count
-        Markers along x. Source: chosen by hand; shipped gels have 9 to 20.
-    """
-
-    radius: float = 0.2
-    shading: float = 0.4
+    # [share of the image height] Radius of a disc. Source: by hand, that of a fingertip's usual
+    # contacts.
+    radius = 0.2
+    # [relative] Change of the intensity at its border. Source: by hand, large enough for a
+    # contact.
+    shading = 0.4
+    # [px] How far the discs have moved along x in each frame; None without discs. Source: by
+    # hand, the contact moves, so that trackers and slip steps measure.
     moves_px: tuple[int | None, ...] = (None, 0, 2, None)
-    level: float = 0.5
-    marker_level: float = 0.3
-    markers: int = 12
-
-
-WARMING = WarmingParameters()
-"""The values in use."""
+    # [share of the full scale] Intensity of the undeformed surface, if there is no reference.
+    level = 0.5
+    marker_level = 0.3  # [share of level] Intensity of its markers
+    markers = 12  # [count] Markers along x. Source: by hand, shipped gels have 9 to 20.
 
 
 def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:

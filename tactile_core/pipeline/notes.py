@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Frame, Quantity, Reference
 
+# Share of a frame's intensities: fewer saturated or dark ones are filled without a warning.
 _RELEVANT_SHARE = 0.01
-"""Share of a frame's intensities: fewer saturated or dark ones are filled without a warning."""
 
 
+# Share of the reference's intensities: more dark ones are no corners but a wrong exposure.
 _DARK_REFERENCE_SHARE = 0.5
-"""Share of the reference's intensities: more dark ones are no corners but a wrong exposure."""
 
 
 def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, ...]:

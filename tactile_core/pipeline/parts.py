@@ -19,7 +19,6 @@ from tactile_core.pipeline.frame_check import check_pixels
 from tactile_core.pipeline.notes import left_out_notes
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.profile_steps import chain_of, made_steps
-from tactile_core.plugins.blame import blame
 from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
 from tactile_core.plugins.returned import measured_by, reference_gradients
 from tactile_core.profiles.model import Profile
@@ -43,8 +42,6 @@ class PipelineParts:
     ----------
     profile : Profile
     bundle : Bundle or None
-    compiled : bool
-        Whether steps and calibration use compiled loops.
     calibration : Calibration or None
         The light model of the bundle, or that of the lights as the profile gives them.
     conditioning : Conditioning
@@ -57,7 +54,6 @@ class PipelineParts:
 
     profile: Profile
     bundle: Bundle | None
-    compiled: bool
     calibration: Calibration | None
     conditioning: Conditioning
     reference: Reference | None
@@ -70,7 +66,6 @@ class PipelineParts:
         profile: Profile,
         bundle: Bundle | None,
         reference: Reference | None,
-        compiled: bool,
     ) -> PipelineParts:
         """Make the parts; the arguments are those of a :class:`Pipeline`.
 
@@ -82,7 +77,7 @@ class PipelineParts:
         notes: list[str] = []
         if bundle is not None and reference is None:
             reference = bundle.reference
-        calibration = _prepared_calibration(profile, bundle, compiled)
+        calibration = _light_model(profile, bundle)
         if calibration is not None and not _has_light_model(bundle):
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         if reference is not None:
@@ -92,11 +87,10 @@ class PipelineParts:
             reference,
             compensates=calibration is None or calibration.compensation == "channel",
             known=None if bundle is None else bundle.reference,
-            compiled=compiled,
         )
-        chain, markless = _chain(profile, conditioning, compiled)
+        chain, markless = _chain(profile, conditioning)
         completed = _with_detections(conditioning.reference, chain, profile)
-        parts = cls(profile, bundle, compiled, calibration, conditioning, completed, chain, ())
+        parts = cls(profile, bundle, calibration, conditioning, completed, chain, ())
         finder = conditioning.finder
         if finder is not None and completed is not None:
             miscounted = finder.miscounted(completed)
@@ -214,25 +208,19 @@ def _has_light_model(bundle: Bundle | None) -> bool:
     return bundle is not None and bundle.calibration is not None
 
 
-def _prepared_calibration(
-    profile: Profile, bundle: Bundle | None, compiled: bool
-) -> Calibration | None:
-    found = None if bundle is None else bundle.calibration
-    if found is None:
-        lights = lights_of(make_lights(profile))
-        found = uncalibrated_by(calibrator_of(profile.calibration), lights)
-    if found is None:
-        return None
-    with blame("the calibration", found):
-        return found.prepared(compiled=compiled)
+def _light_model(profile: Profile, bundle: Bundle | None) -> Calibration | None:
+    if bundle is not None and bundle.calibration is not None:
+        return bundle.calibration
+    lights = lights_of(make_lights(profile))
+    return uncalibrated_by(calibrator_of(profile.calibration), lights)
 
 
-def _chain(profile: Profile, conditioning: Conditioning, compiled: bool) -> tuple[Chain, list[str]]:
+def _chain(profile: Profile, conditioning: Conditioning) -> tuple[Chain, list[str]]:
     """Return the chain, and the names of the steps left out because the gel has no markers."""
     gel = profile.gel
     if conditioning.finder is not None:
         gel = conditioning.finder.with_markers(gel, profile.image.mm_per_px)
-    return chain_of(profile, made_steps(profile, SensorContext(profile.image, gel, compiled)))
+    return chain_of(profile, made_steps(profile, SensorContext(profile.image, gel)))
 
 
 def _with_detections(

@@ -6,10 +6,10 @@ import gc
 import pickle
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from time import perf_counter, thread_time
+from time import perf_counter
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Step
-from tactile_core.pipeline.compiling import already_compiled
 from tactile_core.pipeline.frame_check import check_order, check_pixels, check_reference
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.notes import exposure_warnings, not_given, without_slopes
@@ -42,14 +41,10 @@ from tactile_core.quantities import (
     ShownGel,
 )
 
+# Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do.
 BULGE = 0.5
-"""Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do."""
 
-HEIGHT_STRIDE = 4
-"""Of the pixels whose height is compared with the thickness, px."""
-
-COMPILING_S = 5.0
-"""Processor time that a frame takes only if its kernels are compiled; loading takes a third."""
+HEIGHT_STRIDE = 4  # Of the pixels whose height is compared with the thickness, px
 
 
 class Pipeline:
@@ -65,11 +60,6 @@ class Pipeline:
         The undeformed sensor. Default: the bundle's reference.
     serial : str, optional
         The unit's serial number; a bundle of another unit is refused.
-    compiled : bool, optional
-        Whether steps and calibration use compiled loops; results are equal up to rounding.
-        Default: True if the extra ``fast`` is installed and has compiled them; if it has not, a
-        process of low priority begins to, for the next pipeline. Loading compiled loops takes
-        about as long as they save over hundreds of frames.
 
     Raises
     ------
@@ -93,7 +83,6 @@ class Pipeline:
         reference: Reference | None = None,
         *,
         serial: str | None = None,
-        compiled: bool | None = None,
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else load_profile(profile)
         self.bundle = bundle if isinstance(bundle, Bundle | None) else Bundle.load(Path(bundle))
@@ -101,8 +90,7 @@ class Pipeline:
         check_reference(reference)
         self.given_reference = reference
         of_bundle = () if self.bundle is None else self.bundle.check(self.profile, serial)
-        self.compiled = self._is_compiled() if compiled is None else compiled
-        self._parts = PipelineParts.of(self.profile, self.bundle, reference, self.compiled)
+        self._parts = PipelineParts.of(self.profile, self.bundle, reference)
         self._chain = self._parts.chain
         self.conditioning = self._parts.conditioning
         self.reference = self._parts.reference
@@ -165,7 +153,7 @@ class Pipeline:
             )
         first, self._used = not self._used, True
         tare, self._tares = tare or self._tares, False
-        start, start_of_thread_s = perf_counter(), thread_time() if first else 0.0
+        start = perf_counter()
         check_pixels(frame.pixels, "frame", self.profile, self.bundle)
         if is_sequential(frame) and self.bundle is not None:
             check_order(frame, self.bundle)
@@ -202,12 +190,6 @@ class Pipeline:
             if kind.warnings is not Quantity.warnings:
                 with blame_of(quantity):
                     warnings += quantity.warnings()
-        # not the latency: on a busy machine any frame may take seconds
-        if first and self.compiled and thread_time() - start_of_thread_s > COMPILING_S:
-            warnings.append(
-                f"this frame took {latency_ms / 1e3:.0f} s, because the extra 'fast' compiled its "
-                f"kernels; this happens once per installation"
-            )
         return Reading(
             frame=frame,
             quantities=measured_only,
@@ -219,11 +201,11 @@ class Pipeline:
         )
 
     def warm(self) -> None:
-        """Load and compile now what the first frame would have to wait for.
+        """Load now what the first frame would have to wait for.
 
         A copy of this pipeline measures a few made-up frames, in this thread. That takes about a
-        second, or 40 when a pipeline with ``compiled=True`` compiles its kernels. Nothing else
-        changes: not the tare, not what steps remember of earlier frames, and no result.
+        second. Nothing else changes: not the tare, not what steps remember of earlier frames, and
+        no result.
         """
         # a step may fail in any way; what matters is what it does with real frames
         with suppress(Exception):
@@ -313,9 +295,7 @@ class Pipeline:
         It shares the steps of this pipeline, which keep their tare and the markers that they
         track.
         """
-        other = Pipeline(
-            self.profile, self.bundle, reference, serial=self.serial, compiled=self.compiled
-        )
+        other = Pipeline(self.profile, self.bundle, reference, serial=self.serial)
         other._chain, other._tares = self._chain, self._tares
         return other
 
@@ -343,16 +323,3 @@ class Pipeline:
             return False
         some = height.mm[::HEIGHT_STRIDE, ::HEIGHT_STRIDE]
         return bool(some.max() > thickness_mm or some.min() < -BULGE * thickness_mm)
-
-    def _is_compiled(self) -> bool:
-        """Whether the loops that this pipeline calls are compiled."""
-        artefacts = {} if self.bundle is None else self.bundle.artefacts
-        named = sorted((name, type(one).__qualname__) for name, one in artefacts.items())
-        given = self.profile, self.bundle, self.given_reference, self.serial
-        return already_compiled(f"{named} {self.profile.model_dump_json()}", partial(_warm, *given))
-
-
-def _warm(
-    profile: Profile, bundle: Bundle | None, reference: Reference | None, serial: str | None
-) -> None:
-    Pipeline(profile, bundle, reference, serial=serial, compiled=True).warm()

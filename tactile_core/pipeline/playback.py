@@ -24,8 +24,8 @@ from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recording import open_recording
 
+# Largest deviation from 1 of the stretch that rounding of the image size can cause.
 _SAME_SHAPE = 0.01
-"""Largest deviation from 1 of the stretch that rounding of the image size can cause."""
 
 
 class Devices(NamedTuple):

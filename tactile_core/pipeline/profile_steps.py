@@ -12,8 +12,8 @@ from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 
+# Quantities that can come with a calibrated unit's frame; some calibrations return height.
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
-"""Quantities that can come with a calibrated unit's frame; some calibrations return height."""
 
 
 def check_steps(profile: Profile) -> None:

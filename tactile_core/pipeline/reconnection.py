@@ -4,31 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import NamedTuple
 
 from tactile_core.acquisition.clock import HOST, Clock
 from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
 from tactile_core.quantities import Frame
 
-LOST = (CameraLost, LightsLost)
-"""Errors after which the devices can be opened again."""
+LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
 
 
-class ReconnectionParameters(NamedTuple):
-    """How devices are opened again.
+class RECONNECTION:
+    """How devices are opened again."""
 
-    Attributes
-    ----------
-    retry_s : float, s
-        Time between two attempts. Source: a small part of the second that a USB device takes
-        to start after it is plugged in.
-    """
-
-    retry_s: float = 0.1
-
-
-RECONNECTION = ReconnectionParameters()
-"""The values in use."""
+    # [s] Time between two attempts. Source: a small part of the second that a USB device takes to
+    # start after it is plugged in.
+    retry_s = 0.1
 
 
 class Reconnection:

@@ -9,11 +9,10 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import bundle_content, profile_text
 
-VIRTUAL = "core.virtual"
-"""The camera of every virtual sensor."""
+VIRTUAL = "core.virtual"  # The camera of every virtual sensor
 
+# Packages of which results depend on the version.
 _PACKAGES = ("tactile-core", "numpy", "opencv-contrib-python-headless", "scipy")
-"""Packages of which results depend on the version."""
 
 
 def session_of(
@@ -46,7 +45,6 @@ def session_of(
         reference=pipeline.given_reference,
         software={name: found for name in _PACKAGES if (found := _version(name)) is not None},
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        compiled=pipeline.compiled,
         tared=tared,
     )
 

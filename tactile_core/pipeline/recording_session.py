@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from tactile_core.acquisition.clock import HOST, Clock
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.recordings.running_recording import RunningRecording
 
 
-class WaitingParameters(NamedTuple):
-    """How a recording is watched that needs no reading.
+class WAITING:
+    """How a recording is watched that needs no reading."""
 
-    Attributes
-    ----------
-    look_s : float, s
-        Time between two looks at it. Source: ten in a second seem continuous.
-    """
-
-    look_s: float = 0.1
-
-
-WAITING = WaitingParameters()
-"""The values in use."""
+    look_s = 0.1  # [s] Time between two looks at it. Source: ten in a second seem continuous.
 
 
 def recorded(

@@ -29,11 +29,7 @@ from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordingWriter
 from tactile_core.recordings.running_recording import RunningRecording
 
-_MANY_FRAMES = 250
-"""Frames after which compiled loops have saved the time that loading them takes."""
-
-TIMEOUT_S = 1.0
-"""Default timeout of each exposure, s."""
+TIMEOUT_S = 1.0  # Default timeout of each exposure, s
 
 
 class Sensor:
@@ -78,11 +74,6 @@ class Sensor:
             self.damage = self._recorded.damage
             of_recording = self._recorded.own_reference() if reference is None else None
         self._reference = InitialReference(profile, reference, of_recording)
-        # loading compiled loops takes as long as they save over this many frames
-        plain = count is not None and count < _MANY_FRAMES
-        if self._recorded is not None:  # a replay rounds like the live sensor
-            plain = not self._recorded.session.compiled
-        self._compiled = False if plain else None
         self._source = FrameSource(profile, timeout_s, reconnect_s)
         self._measurement = Measurement(self._source)
         self._pipeline: Pipeline | None = None
@@ -137,22 +128,16 @@ class Sensor:
     def open(self) -> Self:
         """Open the lights and the camera; if that fails, nothing stays open.
 
-        Before a live camera is opened, code is loaded and compiled, so that its first images do
-        not wait; see :meth:`Pipeline.warm <tactile_core.pipeline.pipeline.Pipeline.warm>`.
+        Before a live camera is opened, code is loaded, so that its first images do not wait; see
+        :meth:`Pipeline.warm <tactile_core.pipeline.pipeline.Pipeline.warm>`.
         """
         try:
             if self.camera.live:
-                self.notes += self._reference.warm(self._bundle)
+                self._reference.warm(self._bundle)
             self._source.open()
             self.notes += tuple(self.camera.notes)
             reference = self._reference.of(self._source)
-            self._pipeline = Pipeline(
-                self.profile,
-                self._bundle,
-                reference,
-                serial=self._serial,
-                compiled=self._compiled,
-            )
+            self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
         except BaseException as error:
             try:
@@ -381,9 +366,7 @@ class Sensor:
             The bundle belongs to another sensor.
         """
         former = self.pipeline
-        self._pipeline = Pipeline(
-            self.profile, bundle, serial=self._serial, compiled=former.compiled
-        )
+        self._pipeline = Pipeline(self.profile, bundle, serial=self._serial)
         self._bundle = bundle
         former.close()
         if self._pipeline.reference is not None:

@@ -17,8 +17,8 @@ from tactile_core.pipeline.sensor import Sensor
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
 
+# Frames of every sensor that found no partner, after which none will; a second of most cameras.
 _HOPELESS = 30
-"""Frames of every sensor that found no partner, after which none will; a second of most cameras."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import NamedTuple
 
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.acquisition.clock import HOST
@@ -17,21 +16,12 @@ from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.recordings.running_recording import RunningRecording
 
 
-class SensorRecordingParameters(NamedTuple):
-    """What is recorded besides images and readings.
+class SENSOR_RECORDING:
+    """What is recorded besides images and readings."""
 
-    Attributes
-    ----------
-    health_s : float, s
-        Time between two records of the sensor's health. Source: the time over which health counts
-        images.
-    """
-
-    health_s: float = 10.0
-
-
-SENSOR_RECORDING = SensorRecordingParameters()
-"""The values in use."""
+    # [s] Time between two records of the sensor's health. Source: the time over which health
+    # counts images.
+    health_s = 10.0
 
 
 class SensorRecordings:

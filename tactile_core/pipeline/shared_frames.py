@@ -16,14 +16,11 @@ from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.pipeline.workers import Workers
 from tactile_core.quantities import Frame
 
-_WAITING_EACH = 2
-"""Frames queued per worker: enough that none is idle, few enough to save memory."""
+_WAITING_EACH = 2  # Frames queued per worker: enough that none is idle, few enough to save memory
 
 
 class Processor(Protocol):
     """The part of a pipeline that a worker uses."""
-
-    compiled: bool
 
     def warm(self) -> None:
         """Load now what the first frame would have to wait for."""
@@ -94,8 +91,6 @@ def _measured(frame: Frame, worker: WorkerProcess) -> Reading:
 def _measuring(pickled: bytes) -> Generator[Reading | None, Frame, None]:
     """Measure the frames that come."""
     processor: Processor = pickle.loads(pickled)
-    if processor.compiled:
-        processor.warm()
     frame = yield None
     while True:
         frame = yield processor.process(frame)

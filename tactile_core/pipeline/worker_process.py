@@ -17,8 +17,7 @@ from typing import Any, NamedTuple, Self
 from tactile_core.errors import words_of
 from tactile_core.pipeline.one_thread import ONE_THREAD
 
-_PATIENCE_S = 5.0
-"""Time in which a process that is no longer needed should release its resources."""
+_PATIENCE_S = 5.0  # Time in which a process that is no longer needed should release its resources
 
 
 class WorkerProcess:

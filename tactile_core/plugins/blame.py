@@ -8,8 +8,8 @@ from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
 
+# Error codes of a full disk or file table, which are not the component's fault.
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.ENFILE}
-"""Error codes of a full disk or file table, which are not the component's fault."""
 
 
 class _Blame:

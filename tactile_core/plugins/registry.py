@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 # no other distribution can replace it
 _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
 
+# Name under which each component's class was resolved, and the plugin that offers it.
 _RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
-"""Name under which each component's class was resolved, and the plugin that offers it."""
 
 
 @dataclass(frozen=True)

@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind
 
 
+# Keys at which a profile names a single component.
 _PLACES: Mapping[Keys, ComponentKind] = {
     ("camera",): "camera",
     ("illumination",): "illumination",
     ("illumination", "driver"): "light_driver",
     ("calibration",): "calibrator",
 }
-"""Keys at which a profile names a single component."""
 
+# Keys of a component that are themselves components, not options.
 _COMPONENTS_WITHIN: Mapping[ComponentKind, tuple[str, ...]] = {"illumination": ("driver",)}
-"""Keys of a component that are themselves components, not options."""
 
 
 @dataclass(frozen=True)

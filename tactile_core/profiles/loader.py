@@ -23,14 +23,14 @@ from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source
 from tactile_core.profiles.yaml_tree import refusal
 
+# Position reported for overrides; their paths are relative to the working directory.
 _OVERRIDES = Place(Path("overrides"))
-"""Position reported for overrides; their paths are relative to the working directory."""
 
+# Overlay of every virtual sensor: its camera delivers the rectified image directly.
 _VIRTUAL: Mapping[str, Any] = {
     "camera": {"use": "core.virtual"},
     "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
 }
-"""Overlay of every virtual sensor: its camera delivers the rectified image directly."""
 
 
 def load_profile(

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from tactile_core.profiles.nodes import Keys, Node
 
+# Keys of `gel` that belong to one shape only.
 _KEYS_OF_A_SHAPE: Mapping[str, frozenset[str]] = {"dome": frozenset({"radius_mm"})}
-"""Keys of ``gel`` that belong to one shape only."""
 
+# Keys that survive a change of `use`, because they are components themselves.
 _KEPT: Mapping[Keys, frozenset[str]] = {("illumination",): frozenset({"driver"})}
-"""Keys that survive a change of ``use``, because they are components themselves."""
 
 
 def merge(base: Node, top: Node) -> Node:

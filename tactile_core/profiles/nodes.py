@@ -11,8 +11,7 @@ from tactile_core.formats.printable import printable
 
 _LONGEST_KEY = 60
 
-Keys = tuple[str | int, ...]
-"""A path in the tree: the keys of mappings and the indices of lists."""
+Keys = tuple[str | int, ...]  # A path in the tree: the keys of mappings and the indices of lists
 
 
 def problem_at(place: Place, keys: Keys, message: str) -> Problem:

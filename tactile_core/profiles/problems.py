@@ -12,6 +12,7 @@ from tactile_core.algorithms.arrays.annotations import parts
 from tactile_core.errors import Problem
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 
+# What a value "should be", by pydantic's error type.
 _WORDS = {
     "int_type": "a whole number",
     "int_parsing": "a whole number",
@@ -33,7 +34,6 @@ _WORDS = {
     "less_than_equal": "at most {le:g}",
     "literal_error": "{expected}",
 }
-"""What a value "should be", by pydantic's error type."""
 
 MISSING = "is missing; add it"
 _LONGEST_SHOWN = 40

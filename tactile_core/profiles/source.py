@@ -12,14 +12,11 @@ from tactile_core.profiles.merging import merge, without_nulls
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.yaml_tree import read_yaml
 
-DEEPEST = 20
-"""Longest chain of profiles that extend each other."""
+DEEPEST = 20  # Longest chain of profiles that extend each other
 
+# Returns the file that `extends` names, given the name and its position. Raises ProfileError if
+# there is none.
 Find = Callable[[str, Place], Path]
-"""Returns the file that ``extends`` names, given the name and its position.
-
-Raises ProfileError if there is none.
-"""
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,12 @@ from typing import Any
 from tactile_core.errors import Place, Problem, ProfileError
 from tactile_core.profiles.nodes import Keys, Node, problem_at
 
+# Largest accepted file; a long profile has a few thousand bytes, and this many parse in 1 s.
 MOST_BYTES = 200_000
-"""Largest accepted file; a long profile has a few thousand bytes, and this many parse in 1 s."""
-DEEPEST = 50
-"""Deepest accepted nesting."""
+DEEPEST = 50  # Deepest accepted nesting
 
+# Most digits of a number; longer text stays text. Python limits conversions of long integers.
 _LONGEST_NUMBER = 100
-"""Most digits of a number; longer text stays text. Python limits conversions of long integers."""
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")

@@ -14,11 +14,11 @@ from tactile_core.quantities.observation import Image
 from tactile_core.quantities.on_demand import waiting
 from tactile_core.quantities.quantity import Quantity
 
+# Largest value of an array; squares of such values still fit into float32 when summed up.
 _LARGEST = 1e15
-"""Largest value of an array; squares of such values still fit into float32 when summed up."""
 
+# Lengths of the axes that have the same meaning in every quantity.
 _COMPONENTS = {"xy": 2, "xyz": 3}
-"""Lengths of the axes that have the same meaning in every quantity."""
 
 
 def form_fault(quantity: Quantity, image: tuple[int, ...] | None = None) -> str:

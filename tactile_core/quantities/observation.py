@@ -19,11 +19,10 @@ from tactile_core.quantities.quantity import Quantity
 if TYPE_CHECKING:
     from tactile_core.quantities.markers import MarkerDetections
 
-Pixels = NDArray[Any]
-"""uint8, uint16 or float32 intensities."""
+Pixels = NDArray[Any]  # uint8, uint16 or float32 intensities
 
+# Number of rows from which the shares of saturated and dark intensities are estimated.
 _SHARE_ROWS = 60
-"""Number of rows from which the shares of saturated and dark intensities are estimated."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.shrinking import interpolated
 from tactile_core.algorithms.arrays.types import Float32
 
-ON_DEMAND = "_on_demand"
-"""Attribute of a quantity that holds its fields that were given on demand."""
+ON_DEMAND = "_on_demand"  # Attribute of a quantity that holds its fields that were given on demand
 
 T = TypeVar("T")
 
@@ -76,6 +75,7 @@ def on_demand(make: Callable[[], T], grid: Grid | None = None) -> T:
     grid : Grid, optional
         The same array on a coarser grid, for steps that need no more.
     """
+    # as with dataclasses.field: typed as what a reader of the field gets
     return cast("T", OnDemand(make, grid))
 
 

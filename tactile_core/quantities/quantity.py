@@ -17,15 +17,14 @@ from tactile_core.quantities.layers import Layer, Outline, Points, ScalarMap, Ve
 from tactile_core.quantities.on_demand import ON_DEMAND, OnDemand, waiting
 
 Arrays = Mapping[str, NDArray[Any]]
+# Returns a context manager that handles errors of a quantity's own code.
 Guard = Callable[["Quantity"], AbstractContextManager[None]]
-"""Returns a context manager that handles errors of a quantity's own code."""
 
 
-_UNREAD = object()
-"""Stands for a value that is computed on demand, and nobody has read."""
+_UNREAD = object()  # Stands for a value that is computed on demand, and nobody has read
 
+# Types of values that are neither arrays nor computed on demand.
 _PLAIN = {float, int, bool, str, tuple, type(None)}
-"""Types of values that are neither arrays nor computed on demand."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -144,8 +144,8 @@ class HeightMap(Quantity):
         return replace(self, mm=self.mm + np.float32(offset_mm))
 
 
+# Share of the view above which a contact is doubted; plates that fill it leave more at rest.
 MOST_COVERED = 0.9
-"""Share of the view above which a contact is doubted; plates that fill it leave more at rest."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ _DECIMAL = re.compile(r"([0-9]+(?:[.,][0-9]+)?)")
 _FRACTION = re.compile(r"[0-9]+[.,]([0-9]+)")
 _SECONDS = re.compile(r"(?:t|time)?[ _=-]?([0-9]+(?:[.,][0-9]+)?)s?", re.IGNORECASE)
 _EPOCH = re.compile(r"(.*?)(?<![0-9.,])([0-9]{13}|[0-9]{16}|[0-9]{19})(?![0-9.,])(.*)")
+# The years 2000 to 2100, of which integers are the times since 1970.
 _EPOCH_YEARS_S = 946_684_800, 4_102_444_800
-"""The years 2000 to 2100, of which integers are the times since 1970."""
 
 
 def sorted_by_name(items: Iterable[T], name: Callable[[T], str]) -> list[T]:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 
+# Name of the profile in messages; the profile is given by name or as a file.
 PROFILE = "the profile"
-"""Name of the profile in messages; the profile is given by name or as a file."""
 
+# Options whose file can have other files of the same recording next to it.
 RECORDED = frozenset({"--input", "--presses", "--reference", "--image"})
-"""Options whose file can have other files of the same recording next to it."""
 
 _Identity = tuple[int, int]
 

@@ -33,8 +33,8 @@ _KINDS = MappingProxyType(
 )
 _LIVE = ".mcap"
 
+# Name of the list of images and events in a folder; it makes the folder a recording.
 LIST = "recording.jsonl"
-"""Name of the list of images and events in a folder; it makes the folder a recording."""
 
 
 def is_recorded(path: Path) -> bool:

@@ -18,15 +18,14 @@ from tactile_core.formats.printable import printable
 from tactile_core.formats.unfinished import remove_leftovers, temporary_path
 from tactile_core.recordings.inputs import Inputs
 
+# Name of the list of written files in the folder: one JSON object per line, append-only.
 WRITTEN = ".tactile-outputs"
-"""Name of the list of written files in the folder: one JSON object per line, append-only."""
 
 REPORT = "report.html"
 
 _HEADER = '{"written_by": "tactile-core"}'
 
-_LONGEST_STEM = 200
-"""Bytes of a file name without its ending; file systems allow 255 in all."""
+_LONGEST_STEM = 200  # Bytes of a file name without its ending; file systems allow 255 in all
 _UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f-\x9f]")
 
 _Stamp = tuple[int, int]

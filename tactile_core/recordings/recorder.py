@@ -40,8 +40,6 @@ class RecordedSession:
         Versions of programs and plugins.
     started : str
         Date and time at the beginning, ISO 8601 in UTC.
-    compiled : bool
-        Whether compiled loops measured, whose results differ by rounding.
     tared : bool
         Whether a load had been subtracted before the beginning, which the recording does not hold.
     damaged : tuple of str
@@ -59,7 +57,6 @@ class RecordedSession:
     reference: Reference | None = None
     software: Mapping[str, str] = field(default_factory=dict)
     started: str = ""
-    compiled: bool = False
     tared: bool = False
     damaged: tuple[str, ...] = ()
 

@@ -28,25 +28,22 @@ from tactile_core.recordings.source import (
     VideoSource,
 )
 
-_SCALE_TOLERANCE = 0.01
-"""Largest relative difference between the scales of scans in one recording."""
-_GS_SDK_IMAGE = "gelsight"
-"""Name of the image in a folder that gs_sdk has written."""
+_SCALE_TOLERANCE = 0.01  # Largest relative difference between the scales of scans in one recording
+_GS_SDK_IMAGE = "gelsight"  # Name of the image in a folder that gs_sdk has written
 _BAG = "a ROS bag; extract its images, as PNG files in a folder or as a video"
 _ARRAYS = (
     "an array file; save its images as PNG, or measure them in Python by pipeline.frame(image)"
 )
 _ARCHIVE = "an archive; unpack it"
 _HDF5 = "HDF5 of another program; a sensor's recording ends in .h5, and images can be saved as PNG"
+# What files are that no recording can be, and what to do with them, by their ending.
 _FOREIGN = {
     **dict.fromkeys((".bag", ".db3"), _BAG),
     **dict.fromkeys((".mat", ".npy", ".npz", ".pkl", ".pt"), _ARRAYS),
     **dict.fromkeys((".7z", ".gz", ".rar", ".tar", ".tgz", ".xz", ".zip"), _ARCHIVE),
     **dict.fromkeys((".hdf", ".hdf5", ".he5"), _HDF5),
 }
-"""What files are that no recording can be, and what to do with them, by their ending."""
-_CHECKED = 500
-"""Images whose headers are read before the first is measured, if there are more."""
+_CHECKED = 500  # Images whose headers are read before the first is measured, if there are more
 _YAML = frozenset({".yaml", ".yml"})
 
 

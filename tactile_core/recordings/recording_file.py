@@ -13,8 +13,8 @@ from tactile_core.errors import InputError
 from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.recorder import RecordedSession
 
+# Names of the events that change what is measured.
 MEASURED, REFERENCE, RESUMED = "measured", "reference", "resumed"
-"""Names of the events that change what is measured."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,7 @@ class RecordingFile(ABC):
         """
 
 
-LONGEST_S = 9e9
-"""Times are not further from zero than this: recorded are nanoseconds of 64 bits."""
+LONGEST_S = 9e9  # Times are not further from zero than this: recorded are nanoseconds of 64 bits
 
 
 def recorded_image(pixels: Pixels, entry: ImageEntry, encoded: bytes | None = None) -> Image:

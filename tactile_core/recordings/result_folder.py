@@ -14,11 +14,11 @@ from tactile_core.formats.folders import fresh_folder, replace_folder
 from tactile_core.formats.json import plain
 from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
 
+# Name of the file that is written last: what was measured, and with what.
 MEASURED = "measured.json"
-"""Name of the file that is written last: what was measured, and with what."""
 
+# Name of the file with one JSON object per reading, as `tactile run --json` prints them.
 READINGS = "readings.jsonl"
-"""Name of the file with one JSON object per reading, as ``tactile run --json`` prints them."""
 
 _FINGERPRINT = "fingerprint"
 

@@ -20,17 +20,16 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.recorder import RecordedSession
 
+# Names of the files of a session; those of the bundle begin with `bundle/`.
 SESSION, PROFILE, REFERENCE, BUNDLE = "session.json", "profile.yaml", "reference.npz", "bundle/"
-"""Names of the files of a session; those of the bundle begin with ``bundle/``."""
 
-ESSENTIAL = SESSION, PROFILE
-"""Files without which no image can be measured."""
+ESSENTIAL = SESSION, PROFILE  # Files without which no image can be measured
 
+# Names of files in a bundle that are safe to create.
 _NAME = re.compile(r"[\w+-][\w.+-]*(?:/[\w+-][\w.+-]*)*", re.ASCII)
-"""Names of files in a bundle that are safe to create."""
 
+# Attributes of a session with a file of their own.
 _IN_FILES = frozenset({"profile", "reference", "bundle"})
-"""Attributes of a session with a file of their own."""
 
 
 def session_files(session: RecordedSession) -> dict[str, bytes]:
@@ -77,7 +76,6 @@ def session_of(files: Mapping[str, bytes], path: Path) -> RecordedSession:
             gel=_text(values["gel"]),
             software={str(name): str(version) for name, version in values["software"].items()},
             started=str(values["started"]),
-            compiled=bool(values.get("compiled", False)),
             tared=bool(values.get("tared", False)),
             damaged=damaged,
             bundle={

@@ -16,8 +16,7 @@ from tactile_core.formats.video import NOMINAL_FPS, Video
 from tactile_core.quantities import Image, Pixels
 from tactile_core.recordings.file_names import times_of
 
-_PAIRS = 12
-"""Pairs of neighbouring images that are compared, because reading many takes long."""
+_PAIRS = 12  # Pairs of neighbouring images that are compared, because reading many takes long
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,8 +35,7 @@ from tactile_core.scaffold.scale import Scale, agreed, measure_scale, scale_find
 from tactile_core.scaffold.scale_method import ScaleMethod
 from tactile_core.scaffold.view import find_view, section_of
 
-Ask = Callable[[str], str]
-"""Asks the user a question and returns the answer; empty if unknown."""
+Ask = Callable[[str], str]  # Asks the user a question and returns the answer; empty if unknown
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 

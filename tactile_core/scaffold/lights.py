@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,22 +20,13 @@ from tactile_core.quantities import Reference
 from tactile_core.scaffold.finding import Finding
 
 
-class ContactParameters(NamedTuple):
-    """Parameters of the check of the scale. Nothing sets them from outside: it only warns.
+class CONTACT:
+    """Parameters of the check of the scale. Nothing sets them from outside: it only warns."""
 
-    Attributes
-    ----------
-    widest_contact : float, ball radii
-        A larger median contact radius indicates that the scale is too large.
-        Source: 0.73 to 0.88 on recordings of three real sensors, and 0.97 at a scale a quarter too
-        large (ADR 17).
-    """
-
-    widest_contact: float = 0.95
-
-
-CONTACT = ContactParameters()
-"""The values in use."""
+    # [ball radii] A larger median contact radius indicates that the scale is too large. Source:
+    # 0.73 to 0.88 on recordings of three real sensors, and 0.97 at a scale a quarter too large
+    # (ADR 17).
+    widest_contact = 0.95
 
 
 def find_lights(

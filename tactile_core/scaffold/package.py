@@ -15,8 +15,7 @@ from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile
 
-STEP = "deepest"
-"""Name of the template's estimator, and of its step in the profile."""
+STEP = "deepest"  # Name of the template's estimator, and of its step in the profile
 
 _PYPROJECT = """\
 [build-system]

@@ -17,8 +17,7 @@ from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.place import refuse_existing
 
-_WIDTH = 100
-"""Characters per line of the file."""
+_WIDTH = 100  # Characters per line of the file
 
 _UNSEEN_GEL = (
     "shape",

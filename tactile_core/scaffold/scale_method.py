@@ -19,8 +19,8 @@ _FORMS = (
     "rectangle:24x32@x,y,x,y,x,y,x,y or the YAML of a ball grid"
 )
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+# Methods whose positions can be given, and how many positions that takes.
 _POINTS = {"calliper": 2, "balls": 2, "rectangle": 4}
-"""Methods whose positions can be given, and how many positions that takes."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,31 +19,19 @@ from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.scale_method import ScaleMethod
 
 
-class ViewParameters(NamedTuple):
-    """Parameters of finding the view. Nothing sets them: options give crop and corners instead.
+class VIEW:
+    """Parameters of finding the view. Nothing sets them: options give crop and corners instead."""
 
-    Attributes
-    ----------
-    least_taper : float, ratio
-        Width of the narrow end of the lit area over that of the wide end. Below it, the camera
-        counts as tilted.
-        Source: chosen by hand; no script derives it.
-    shrink_margin : float, share of a factor
-        The image is downscaled by a whole factor n if it is more than n − ``shrink_margin`` times
-        as wide as the parent's.
-        Source: chosen by hand; no script derives it.
-    least_side_px : int, px
-        Smallest side of a rectified rectangle.
-        Source: chosen by hand; smaller ones are mistakes in ``--scale``.
-    """
+    # [ratio] Width of the narrow end of the lit area over that of the wide end. Below it, the
+    # camera counts as tilted.
+    least_taper = 0.88
+    # [share of a factor] The image is downscaled by a whole factor n if it is more than n −
+    # ``shrink_margin`` times as wide as the parent's.
+    shrink_margin = 0.25
+    # [px] Smallest side of a rectified rectangle. Source: by hand, smaller ones are mistakes in
+    # ``--scale``.
+    least_side_px = 8
 
-    least_taper: float = 0.88
-    shrink_margin: float = 0.25
-    least_side_px: int = 8
-
-
-VIEW = ViewParameters()
-"""The values in use."""
 
 _DEFAULTS: Mapping[str, Any] = {
     "crop": None,
@@ -52,8 +40,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "lens": None,
     "warp": None,
 }
-_DEPTHS = (10, 12, 14, 16)
-"""Usual bit depths of cameras that send 16-bit images."""
+_DEPTHS = (10, 12, 14, 16)  # Usual bit depths of cameras that send 16-bit images
 
 
 def find_view(

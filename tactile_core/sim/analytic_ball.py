@@ -7,7 +7,7 @@ elastic contact mechanics use :class:`tactile_core.sim.VirtualStage`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +15,10 @@ from numpy.typing import NDArray
 from tactile_core.profiles.model import Profile
 
 
-class BallParameters(NamedTuple):
-    """Shape of the gel surface around the ball.
+class BALL:
+    """Shape of the gel surface around the ball."""
 
-    Attributes
-    ----------
-    skirt_radii : float, ball radii
-        Decay length of the indentation outside the contact.
-        Source: chosen by hand; no script derives it.
-    """
-
-    skirt_radii: float = 0.3
-
-
-BALL = BallParameters()
-"""The values in use."""
+    skirt_radii = 0.3  # [ball radii] Decay length of the indentation outside the contact
 
 
 @dataclass(frozen=True)

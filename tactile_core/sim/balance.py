@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 
-class BalanceParameters(NamedTuple):
-    """Parameters of the search for a balance of forces. They trade accuracy for time.
+class BALANCE:
+    """Parameters of the search for a balance of forces. They trade accuracy for time."""
 
-    Attributes
-    ----------
-    tolerance : float, share of the load
-        Largest difference between load and shear force.
-        Source: twice the error of the shear force in fast mode, whose friction solver has a
-        tolerance of 0.005 of the largest traction.
-    overshoot : float, ratio
-        Factor on a linear extrapolation, because the contact becomes softer as more of it slips.
-        Source: chosen by hand; it affects the number of trials, not the result.
-    max_trials : int, count
-        Largest number of trial steps.
-        Source: chosen by hand; halvings of the longest motion that reach a thousandth of it.
-    """
-
-    tolerance: float = 0.01
-    overshoot: float = 1.3
-    max_trials: int = 12
-
-
-BALANCE = BalanceParameters()
-"""The values in use."""
+    # [share of the load] Largest difference between load and shear force. Source: twice the error
+    # of the shear force in fast mode, whose friction solver has a tolerance of 0.005 of the
+    # largest traction.
+    tolerance = 0.01
+    # [ratio] Factor on a linear extrapolation, because the contact becomes softer as more of it
+    # slips. Source: by hand, it affects the number of trials, not the result.
+    overshoot = 1.3
+    # [count] Largest number of trial steps. Source: by hand, halvings of the longest motion that
+    # reach a thousandth of it.
+    max_trials = 12
 
 
 def balanced(

@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-class BandedParameters(NamedTuple):
-    """Size of the blocks of a banded matrix. It affects the time, not the product.
+class BANDED:
+    """Size of the blocks of a banded matrix. It affects the time, not the product."""
 
-    Attributes
-    ----------
-    blocks : int, count
-        Number of blocks, unless they would be small.
-        Source: measured with images of 480 rows of 640 pixels.
-    smallest_block : int, rows or columns
-        Smallest size of a block along the longer side of the matrix.
-        Source: measured with 130 nodes; smaller products cost more per number.
-    """
-
-    blocks: int = 12
-    smallest_block: int = 20
-
-
-BANDED = BandedParameters()
-"""The values in use."""
+    # [count] Number of blocks, unless they would be small. Source: measured with images of 480
+    # rows of 640 pixels.
+    blocks = 12
+    # [rows or columns] Smallest size of a block along the longer side of the matrix. Source:
+    # measured with 130 nodes; smaller products cost more per number.
+    smallest_block = 20
 
 
 @dataclass(frozen=True, eq=False)

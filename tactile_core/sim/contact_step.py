@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,6 @@ from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response
 from tactile_core.algorithms.elasticity.viscoelasticity import TimeStep
-from tactile_core.sim import kernels
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
@@ -23,43 +21,29 @@ from tactile_core.sim.normal_contact import solve_normal
 from tactile_core.sim.window import Window
 
 
-class ContactStepParameters(NamedTuple):
-    """Parameters of a contact step. They are numerical; nothing sets them from outside.
+class STEP:
+    """Parameters of a contact step. They are numerical; nothing sets them from outside."""
 
-    Attributes
-    ----------
-    out_of_reach_mm : float, mm
-        Overlap at nodes that have no part of the object above them.
-        Source: chosen by hand; it only has to exceed any gap that a press closes.
-    long_move_spacings : float, node spacings
-        A step that moves the object further needs at least ``long_move_sweeps`` sweeps, because
-        the gel surface moves before the pressure on it is known.
-        Source: chosen by hand; no script derives it (see ADR 21).
-    long_move_sweeps : int, count
-        Sweeps of pressure and friction after a long move.
-        Source: chosen by hand; no script derives it (see ADR 21).
-    bulge_share : float, share of the depth
-        The gel surface next to the contact may bulge towards the object by this much. Nodes with a
-        smaller gap are included in the window.
-        Source: chosen by hand; a window that is too small is detected and enlarged.
-    detachments : int, count
-        Passes in which nodes that slip lose their static friction and pass load to the others.
-        Source: chosen by hand; a pass that frees no node ends the search.
-    bisections : int, count
-        Bisections of the initial depth for a given force.
-        Source: chosen by hand; 30 halvings exceed the precision of float32.
-    """
-
-    out_of_reach_mm: float = -50.0
-    long_move_spacings: float = 0.3
-    long_move_sweeps: int = 2
-    bulge_share: float = 0.05
-    detachments: int = 8
-    bisections: int = 30
-
-
-STEP = ContactStepParameters()
-"""The values in use."""
+    # [mm] Overlap at nodes that have no part of the object above them. Source: by hand, it only
+    # has to exceed any gap that a press closes.
+    out_of_reach_mm = -50.0
+    # [node spacings] A step that moves the object further needs at least ``long_move_sweeps``
+    # sweeps, because the gel surface moves before the pressure on it is known. Source: by hand,
+    # no script derives it (see ADR 21).
+    long_move_spacings = 0.3
+    # [count] Sweeps of pressure and friction after a long move. Source: by hand, no script
+    # derives it (see ADR 21).
+    long_move_sweeps = 2
+    # [share of the depth] The gel surface next to the contact may bulge towards the object by
+    # this much. Nodes with a smaller gap are included in the window. Source: by hand, a window
+    # that is too small is detected and enlarged.
+    bulge_share = 0.05
+    # [count] Passes in which nodes that slip lose their static friction and pass load to the
+    # others. Source: by hand, a pass that frees no node ends the search.
+    detachments = 8
+    # [count] Bisections of the initial depth for a given force. Source: by hand, 30 halvings
+    # exceed the precision of float32.
+    bisections = 30
 
 
 @dataclass(frozen=True)
@@ -114,8 +98,6 @@ class ContactModel:
     layer : ElasticLayer
     gel : SoftGel
     precision : Precision
-    compiled : bool
-        Whether to use :mod:`tactile_core.sim.kernels`: faster, and equal up to rounding.
 
     References
     ----------
@@ -126,11 +108,8 @@ class ContactModel:
        Learning 3, 2011.
     """
 
-    def __init__(
-        self, layer: ElasticLayer, gel: SoftGel, precision: Precision, *, compiled: bool = False
-    ) -> None:
+    def __init__(self, layer: ElasticLayer, gel: SoftGel, precision: Precision) -> None:
         self.layer, self.gel, self.precision = layer, gel, precision
-        self._compiled = compiled
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
         self._finer: tuple[int, ElasticLayer] | None = None
@@ -309,7 +288,6 @@ class ContactModel:
                 stiffening=time.stiffening,
                 free_slip_mm=free_slip_mm,
                 tolerance=self.precision.friction,
-                compiled=kernels.chosen(self._compiled),
             )
             if kinetic == gel.friction:
                 return grip

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -104,32 +102,10 @@ class DeformedSurface:
 
         Some of its ``markers_px`` may be outside the image.
         """
-        return self._true(self.wrench, self.carried_px(self.markers_px))
-
-    def seen(
-        self, compiled: ModuleType | None = None
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the true height (H, W) and displacement (H, W, 2) in mm, for rendering.
-
-        Parameters
-        ----------
-        compiled : module, optional
-            :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
-        """
-        if compiled is None:
-            truth = self._true(np.zeros(4), np.zeros((0, 2)))  # neither is seen
-            return truth.height_mm, truth.displacement_mm
-        height, displacement = self._sampler.seen(self._state.displacement_mm, compiled)
-        imprint = self._imprint
-        if imprint is not None:
-            imprint.deepen(height, displacement)
-        return height, displacement
-
-    def _true(self, wrench: NDArray[np.float64], markers_px: NDArray[np.float64]) -> TrueState:
         state = self._state
         return TrueState(
-            wrench,
-            markers_px,
+            self.wrench,
+            self.carried_px(self.markers_px),
             self.time_s,
             state.pose,
             state.depth_mm,

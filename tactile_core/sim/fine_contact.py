@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,38 +12,25 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.sim.contact_step import STEP, ContactModel
 from tactile_core.sim.imprint import Imprint
 from tactile_core.sim.normal_contact import solve_normal
-from tactile_core.sim.resampling import spline_matrices
+from tactile_core.sim.resampling import spline_matrix
 from tactile_core.sim.window import Window
 
 
-class FineContactParameters(NamedTuple):
-    """Parameters of the refinement of a contact's outline. They trade accuracy for time.
+class FINE_CONTACT:
+    """Parameters of the refinement of a contact's outline. They trade accuracy for time."""
 
-    Attributes
-    ----------
-    spacing_px : float, px
-        Largest spacing of the fine nodes.
-        Source: ``experiments/contact_outline.py``: the outline is then within 1.5 px of that on
-        nodes 1 px apart.
-    max_nodes : int, count
-        Largest number of fine nodes along a side of the window; a larger contact is refined less.
-        Source: chosen by hand to bound the time to that of a frame of a very large contact.
-    tolerance : float, share of the largest overlap
-        Tolerance of the contact.
-        Source: that of the accurate mode; at 5e-4 the outline of a cone is 1 px off.
-    blur_nodes : float, fine nodes
-        Gaussian sigma that rounds the steps of the outline.
-        Source: half the diagonal of a cell.
-    """
-
-    spacing_px: float = 1.5
-    max_nodes: int = 512
-    tolerance: float = 1e-4
-    blur_nodes: float = 0.7
-
-
-FINE_CONTACT = FineContactParameters()
-"""The values in use."""
+    # [px] Largest spacing of the fine nodes. Source: ``experiments/contact_outline.py``: the
+    # outline is then within 1.5 px of that on nodes 1 px apart.
+    spacing_px = 1.5
+    # [count] Largest number of fine nodes along a side of the window; a larger contact is refined
+    # less. Source: by hand, to bound the time to that of a frame of a very large contact.
+    max_nodes = 512
+    # [share of the largest overlap] Tolerance of the contact. Source: that of the accurate mode;
+    # at 5e-4 the outline of a cone is 1 px off.
+    tolerance = 1e-4
+    # [fine nodes] Gaussian sigma that rounds the steps of the outline. Source: half the diagonal
+    # of a cell.
+    blur_nodes = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,4 +111,4 @@ def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
 def _refined(nodes: Array, factor: int) -> tuple[Float32, Array]:
     """Matrix that interpolates to positions ``factor`` times denser, and these positions."""
     positions = np.linspace(nodes[0], nodes[-1], (len(nodes) - 1) * factor + 1)
-    return spline_matrices(nodes, positions)[0], positions
+    return spline_matrix(nodes, positions), positions

@@ -38,52 +38,35 @@ def _objects(
     )
 
 
+# Six balls, five cylinders and two planes (Yuan, Dong, Adelson, Sensors 2017, section 5.2).
 TRAINING_OBJECTS = _objects((12, 18, 32, 44, 60, 87), (10, 16, 30, 45, 70), (8, 14))
-"""Six balls, five cylinders and two planes (Yuan, Dong, Adelson, Sensors 2017, section 5.2)."""
+# The ball, the cylinder and the plane that no network trains on (section 5.2).
 UNSEEN_OBJECTS = _objects((25,), (22,), (11,))
-"""The ball, the cylinder and the plane that no network trains on (section 5.2)."""
 
 
-CELL_PX = 8
-"""Side of a cell of the grid of loads, in pixels of the samples: the network's features."""
+CELL_PX = 8  # Side of a cell of the grid of loads, in pixels of the samples: the network's features
 
 
-class ForceDataParameters(NamedTuple):
-    """Ranges of the presses; each value is uniform in its range unless stated.
+class FORCE_DATA:
+    """Ranges of the presses; each value is uniform in its range unless stated."""
 
-    Attributes
-    ----------
-    largest_n : float, N
-        Largest normal force; small forces are drawn more often.
-        Source: the range of the review's Figure 15.
-    deepest : float, share of the gel's thickness
-        Deepest indentation; a press that would go deeper is drawn again.
-        Source: chosen by hand: a linear elastic layer describes the gel up to about half.
-    reach : float, share of the view
-        Largest distance of an object's centre from the image centre, per axis.
-        Source: chosen by hand, so that a part of the contacts is truncated by the image border.
-    moves : int, count
-        Increments of shear and twist after each press; each gives one frame.
-        Source: chosen by hand.
-    travel_mm : float, mm
-        Largest shear motion of the object over all increments: it slips fully at small forces and
-        sticks at large ones.
-        Source: a contact slips fully at about a quarter of the gel's thickness.
-    twist_deg : float, degrees
-        Largest twist over all increments, in two of three presses.
-        Source: chosen by hand: the rim of a contact slips.
-    """
-
-    largest_n: float = 20.0
-    deepest: float = 0.55
-    reach: float = 0.36
-    moves: int = 5
-    travel_mm: float = 1.2
-    twist_deg: float = 12.0
-
-
-FORCE_DATA = ForceDataParameters()
-"""The values in use."""
+    # [N] Largest normal force; small forces are drawn more often. Source: the range of the
+    # review's Figure 15.
+    largest_n = 20.0
+    # [share of the gel's thickness] Deepest indentation; a press that would go deeper is drawn
+    # again. Source: by hand, : a linear elastic layer describes the gel up to about half.
+    deepest = 0.55
+    # [share of the view] Largest distance of an object's centre from the image centre, per axis.
+    # Source: by hand, so that a part of the contacts is truncated by the image border.
+    reach = 0.36
+    moves = 5  # [count] Increments of shear and twist after each press; each gives one frame
+    # [mm] Largest shear motion of the object over all increments: it slips fully at small forces
+    # and sticks at large ones. Source: a contact slips fully at about a quarter of the gel's
+    # thickness.
+    travel_mm = 1.2
+    # [degrees] Largest twist over all increments, in two of three presses. Source: by hand, : the
+    # rim of a contact slips.
+    twist_deg = 12.0
 
 
 class ForceSample(NamedTuple):

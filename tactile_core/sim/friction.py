@@ -7,8 +7,6 @@ pressure. Below this limit the gel surface sticks to the object; at the limit it
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import ModuleType
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -17,22 +15,12 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.response import Response
 
 
-class FrictionParameters(NamedTuple):
-    """Parameters of the friction solver. They affect its speed, not its solution.
+class FRICTION_SOLVER:
+    """Parameters of the friction solver. They affect its speed, not its solution."""
 
-    Attributes
-    ----------
-    over_relaxation : float, ratio
-        Over-relaxation α of the alternating direction method of multipliers.
-        Source: Boyd et al. 2011, section 3.4.3, recommend 1.5 to 1.8; chosen in this range by
-        hand.
-    """
-
-    over_relaxation: float = 1.6
-
-
-FRICTION_SOLVER = FrictionParameters()
-"""The values in use."""
+    # [ratio] Over-relaxation α of the alternating direction method of multipliers. Source: Boyd
+    # et al. 2011, section 3.4.3, recommend 1.5 to 1.8; chosen in this range by hand.
+    over_relaxation = 1.6
 
 
 @dataclass(frozen=True)
@@ -71,7 +59,6 @@ def solve_friction(
     free_slip_mm: float = 0.0,
     tolerance: float = 1e-3,
     max_iterations: int = 300,
-    compiled: ModuleType | None = None,
 ) -> Grip:
     """Solve for the shear traction q under Coulomb's law.
 
@@ -97,8 +84,6 @@ def solve_friction(
         Convergence threshold on the change of traction and on the mismatch between both
         half-steps, relative to the largest traction.
     max_iterations : int
-    compiled : module, optional
-        :mod:`tactile_core.sim.kernels.compiled`: faster, and equal up to rounding.
 
     References
     ----------
@@ -130,10 +115,7 @@ def solve_friction(
     while iterations < max_iterations:
         iterations += 1
         free = respond(target)
-        limits = _limited if compiled is None else compiled.limited
-        change, mismatch, largest = limits(
-            free, wanted, limit, alpha, free_slip_mm, trial, q, target
-        )
+        change, mismatch, largest = _limited(free, wanted, limit, free_slip_mm, trial, q, target)
         if max(change, mismatch) <= tolerance * max(largest, 1e-12 * rho):
             break
     slip = trial[here] - q
@@ -144,14 +126,38 @@ def _limited(
     free: Array,
     wanted: Array,
     limit: Array,
-    relaxation: float,
     free_slip_mm: float,
     trial: Array,
     held: Array,
     target: Array,
 ) -> tuple[float, float, float]:
-    """Project onto Coulomb's limit; see :func:`tactile_core.sim.kernels.gripping.limited`."""
+    """Project the displacement that friction can hold onto Coulomb's limit.
+
+    Parameters
+    ----------
+    free : (2, M, N)
+        Solution without a limit, times the over-relaxation.
+    wanted : (2, M, N)
+        Displacement that full stick would require.
+    limit : (m, n)
+        Largest displacement that friction holds, in the first rows and columns of the grid.
+    free_slip_mm : float
+        As in :func:`solve_friction`.
+    trial : (2, M, N)
+        State of the iteration, replaced by the next.
+    held : (2, m, n)
+        Displacement held by friction, replaced by the next.
+    target : (2, M, N)
+        Overwritten by the displacement for the next half-step.
+
+    Returns
+    -------
+    change, mismatch, largest : float
+        Largest change of ``held``, largest difference from ``free`` in the contact, and largest
+        component of ``held``.
+    """
     rows, columns = limit.shape
+    relaxation = FRICTION_SOLVER.over_relaxation
     trial += free
     here, free_here = trial[:, :rows, :columns], free[:, :rows, :columns]
     here -= relaxation * held

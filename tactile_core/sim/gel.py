@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,40 +19,25 @@ from tactile_core.algorithms.elasticity.viscoelasticity import Branch
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
 
-NO_GEL_MM = -1e3
-"""Level of the rest surface outside the gel: nothing reaches it."""
+NO_GEL_MM = -1e3  # Level of the rest surface outside the gel: nothing reaches it
 
 
-class GelParameters(NamedTuple):
-    """Parameters of the gel model that no profile key sets, apart from the friction coefficient.
+class GEL:
+    """Parameters of the gel model that no profile key sets, apart from the friction coefficient."""
 
-    Attributes
-    ----------
-    friction : float, ratio
-        Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted silicone
-        on smooth objects.
-        Source: chosen by hand; no script derives it.
-    margin_thicknesses : float, gel thicknesses
-        Margin around the field of view of a gel without ``gel.size_mm``. Displacements decay in it
-        before the periodic images interact.
-        Source: chosen by hand; no script derives it.
-    gap_thicknesses : float, gel thicknesses
-        Smallest gap between the periodic images of a gel of known size. A wider gap would act as
-        extra elastomer and stiffen the edges.
-        Source: chosen so that the force of a flat plate is linear within 0.2 % (ADR 21).
-    crown_exponent : int, exponent
-        The crown lowers the edges with this power of the distance from the middle.
-        Source: chosen by hand so that the rows of ``tests/sim/test_papers.py`` come out (ADR 21).
-    """
-
-    friction: float = 0.5
-    margin_thicknesses: float = 2.0
-    gap_thicknesses: float = 0.2
-    crown_exponent: int = 4
-
-
-GEL = GelParameters()
-"""The values in use."""
+    # [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted
+    # silicone on smooth objects.
+    friction = 0.5
+    # [gel thicknesses] Margin around the field of view of a gel without ``gel.size_mm``.
+    # Displacements decay in it before the periodic images interact.
+    margin_thicknesses = 2.0
+    # [gel thicknesses] Smallest gap between the periodic images of a gel of known size. A wider
+    # gap would act as extra elastomer and stiffen the edges. Source: chosen so that the force of
+    # a flat plate is linear within 0.2 % (ADR 21).
+    gap_thicknesses = 0.2
+    # [exponent] The crown lowers the edges with this power of the distance from the middle.
+    # Source: by hand, so that the rows of ``tests/sim/test_papers.py`` come out (ADR 21).
+    crown_exponent = 4
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,6 @@ class GelSurface(DeformedSurface):
     mode : "accurate" or "fast"
         "accurate" puts at least ten nodes on the radius of a contact, up to 1280 across the gel;
         it chooses the grid at the first contact after a reset. "fast" runs at camera rate.
-    compiled : bool
-        Whether to use :mod:`tactile_core.sim.kernels`: faster, and equal up to rounding.
 
     Attributes
     ----------
@@ -48,14 +46,11 @@ class GelSurface(DeformedSurface):
         Simulated time; it advances only in moves that are given seconds.
     """
 
-    def __init__(
-        self, profile: SensorBuild, mode: Mode = "accurate", *, compiled: bool = False
-    ) -> None:
+    def __init__(self, profile: SensorBuild, mode: Mode = "accurate") -> None:
         if mode not in MODES:
             raise InputError(f"mode should be 'accurate' or 'fast', not {mode!r}")
         image = profile.image
         self.mode: Mode = mode
-        self._compiled = compiled
         self.gel = SoftGel.of(profile.gel)
         self.image_shape = image.height_px, image.width_px
         self.mm_per_px = image.mm_per_px
@@ -328,8 +323,7 @@ class GelSurface(DeformedSurface):
     def _build(self, spacing_mm: float) -> None:
         grid = Grid.covering(*self._extent, spacing_mm)
         layer = ElasticLayer(grid, self.gel.elastomer)
-        precision = MODES[self.mode].precision
-        self._model = ContactModel(layer, self.gel, precision, compiled=self._compiled)
+        self._model = ContactModel(layer, self.gel, MODES[self.mode].precision)
         self._sampler = ImageSampler(grid, self.image_shape, self.mm_per_px)
 
     def _touch(self, target: float, *, by_force: bool) -> None:

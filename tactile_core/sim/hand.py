@@ -5,37 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 
 
-class HandParameters(NamedTuple):
-    """Speeds and limits of the hand.
+class HAND:
+    """Speeds and limits of the hand."""
 
-    Attributes
-    ----------
-    speed_mm_s, lowering_mm_s, turning_deg_s : float, mm/s, mm/s and degrees/s
-        Fastest motion along the surface, up and down, and around. Source: chosen by hand: calm
-        motions of a person.
-    deepest : float, gel thicknesses
-        Deepest press. Source: the layer of elastomer is linear up to about a third.
-    longest_s : float, s
-        Longest time of one step; a slower computer moves the object more slowly. Source: three
-        frames of a 30 Hz camera.
-    """
-
-    speed_mm_s: float = 6.0
-    lowering_mm_s: float = 1.5
-    turning_deg_s: float = 60.0
-    deepest: float = 0.35
-    longest_s: float = 0.1
-
-
-HAND = HandParameters()
-"""The values in use."""
+    # [mm/s, mm/s and degrees/s] Fastest motion along the surface, up and down, and around.
+    # Source: by hand, : calm motions of a person.
+    speed_mm_s = 6.0
+    lowering_mm_s = 1.5
+    turning_deg_s = 60.0
+    # [gel thicknesses] Deepest press. Source: the layer of elastomer is linear up to about a
+    # third.
+    deepest = 0.35
+    # [s] Longest time of one step; a slower computer moves the object more slowly. Source: three
+    # frames of a 30 Hz camera.
+    longest_s = 0.1
 
 
 @dataclass(frozen=True)
@@ -62,7 +52,7 @@ class Aim:
 
 
 class Hand:
-    """Moves an object towards its aim, as fast as :class:`HandParameters` allow.
+    """Moves an object towards its aim, as fast as :class:`HAND` allows.
 
     ``take`` and ``aim`` may be called from any thread.
 

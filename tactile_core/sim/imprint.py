@@ -16,8 +16,8 @@ from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.shape import Indenter
 
+# Contact may extend this far beyond its outermost nodes: half a node, and one for rounding.
 _REACH_SPACINGS = 1.5
-"""Contact may extend this far beyond its outermost nodes: half a node, and one for rounding."""
 
 
 @dataclass(frozen=True, eq=False)

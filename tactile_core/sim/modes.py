@@ -31,6 +31,7 @@ class ModeParameters(NamedTuple):
     press_steps: int
 
 
+# The values in use.
 MODES: dict[Mode, ModeParameters] = {
     "fast": ModeParameters(
         nodes_across=128,
@@ -43,4 +44,3 @@ MODES: dict[Mode, ModeParameters] = {
         press_steps=5,
     ),
 }
-"""The values in use."""

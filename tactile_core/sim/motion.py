@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.errors import InputError
 from tactile_core.sim.contact_state import Pose
 
-QUASI_STATIC_S = np.inf
-"""Duration of a quasi-static step: all stress relaxes."""
+QUASI_STATIC_S = np.inf  # Duration of a quasi-static step: all stress relaxes
 
 
-class HoldParameters(NamedTuple):
-    """Time steps of a hold. A longer hold uses longer steps, because relaxation slows down.
+class HOLD:
+    """Time steps of a hold. A longer hold uses longer steps, because relaxation slows down."""
 
-    Attributes
-    ----------
-    first_step_s : float, s
-        Scale of the first step; a hold up to this long is a single step.
-        Source: chosen by hand; no script derives it.
-    max_steps : int, count
-        Largest number of steps of one hold.
-        Source: chosen by hand; no script derives it.
-    """
-
-    first_step_s: float = 0.05
-    max_steps: int = 12
-
-
-HOLD = HoldParameters()
-"""The values in use."""
+    first_step_s = 0.05  # [s] Scale of the first step; a hold up to this long is a single step
+    max_steps = 12  # [count] Largest number of steps of one hold
 
 
 def checked_steps(steps: int) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,43 +14,26 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters import Indenter
 
 
-class RefinementParameters(NamedTuple):
-    """Parameters of grid refinement in the accurate mode. They trade accuracy for time.
+class REFINEMENT:
+    """Parameters of grid refinement in the accurate mode. They trade accuracy for time."""
 
-    Attributes
-    ----------
-    nodes_per_radius : int, count
-        Nodes on the radius of a contact.
-        Source: chosen by hand; ``tests/sim/test_gel_surface.py`` checks the result.
-    safety : float, ratio
-        Extra resolution, because a coarse grid measures the radius inaccurately and friction
-        changes it slightly.
-        Source: chosen by hand; no script derives it.
-    max_nodes_across : int, count
-        Largest number of nodes along the longer side of the gel.
-        Source: chosen by hand to bound memory and time.
-    detail_nodes : int, count
-        Nodes on the finest feature of an object.
-        Source: sampling theorem: two per period.
-    shrink : float, ratio
-        Largest refinement in one pass. A contact that covers few nodes may prove larger on a
-        finer grid.
-        Source: chosen by hand; no script derives it.
-    tolerance : float, share of the largest overlap
-        Tolerance of the normal contact in the trials, which have no friction.
-        Source: that of the fast mode.
-    """
-
-    nodes_per_radius: int = 10
-    safety: float = 1.1
-    max_nodes_across: int = 1280
-    detail_nodes: int = 2
+    # [count] Nodes on the radius of a contact. Source: by hand, ``tests/sim/test_gel_surface.py``
+    # checks the result.
+    nodes_per_radius = 10
+    # [ratio] Extra resolution, because a coarse grid measures the radius inaccurately and
+    # friction changes it slightly.
+    safety = 1.1
+    # [count] Largest number of nodes along the longer side of the gel. Source: by hand, to bound
+    # memory and time.
+    max_nodes_across = 1280
+    # [count] Nodes on the finest feature of an object. Source: sampling theorem: two per period.
+    detail_nodes = 2
+    # [ratio] Largest refinement in one pass. A contact that covers few nodes may prove larger on
+    # a finer grid.
     shrink: float = 3
-    tolerance: float = 2e-3
-
-
-REFINEMENT = RefinementParameters()
-"""The values in use."""
+    # [share of the largest overlap] Tolerance of the normal contact in the trials, which have no
+    # friction. Source: that of the fast mode.
+    tolerance = 2e-3
 
 
 def accurate_spacing(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from types import ModuleType
 from typing import NamedTuple
 
 import cv2
@@ -17,45 +16,32 @@ from tactile_core.sim.banded import BandedMatrix
 from tactile_core.sim.window import Window
 
 
-class InversionParameters(NamedTuple):
+class INVERSION:
     """Fixed-point iteration that inverts the displacement field.
 
     Whole steps converge where the gel surface is strained by less than 1. Half steps converge
     wherever it does not fold and is stretched to less than four times its length, as behind the
     edge of a disc that slips.
-
-    Attributes
-    ----------
-    whole_steps, half_steps : int, count
-        Largest numbers of whole steps, and of half steps after them.
-        Source: chosen by hand: six steps are enough for a strain of a fifth, and half of the rest
-        is left by each further step.
-    tolerance_nodes : float, node spacings
-        Iterations end when the position changes by less.
-        Source: chosen by hand; a micrometre is five times as much on most grids.
-    margin_nodes : int, nodes
-        Nodes beyond the border of the image that the splines use.
-        Source: the influence of a node on a cubic spline falls by 2 − √3 from node to node, so
-        that of the next one is 1e-7.
-    least_influence : float, ratio
-        A node whose influence on a coefficient is smaller is left out.
-        Source: an eighth of the precision of float32, which is 6e-8.
     """
 
-    whole_steps: int = 6
-    half_steps: int = 24
-    tolerance_nodes: float = 1e-4
-    margin_nodes: int = 12
-    least_influence: float = 7e-9
+    # [count] Largest numbers of whole steps, and of half steps after them. Source: by hand, : six
+    # steps are enough for a strain of a fifth, and half of the rest is left by each further step.
+    whole_steps = 6
+    half_steps = 24
+    # [node spacings] Iterations end when the position changes by less. Source: by hand, a
+    # micrometre is five times as much on most grids.
+    tolerance_nodes = 1e-4
+    # [nodes] Nodes beyond the border of the image that the splines use. Source: the influence of
+    # a node on a cubic spline falls by 2 − √3 from node to node, so that of the next one is 1e-7.
+    margin_nodes = 12
+    # [ratio] A node whose influence on a coefficient is smaller is left out. Source: an eighth of
+    # the precision of float32, which is 6e-8.
+    least_influence = 7e-9
 
 
-INVERSION = InversionParameters()
-"""The values in use."""
-
+# Whether OpenCV reads at any position; older versions round positions to 1/32 of a node.
 _READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
-"""Whether OpenCV reads at any position; older versions round positions to 1/32 of a node."""
-_CHANNELS = 4
-"""Channels of an image that OpenCV reads fastest."""
+_CHANNELS = 4  # Channels of an image that OpenCV reads fastest
 
 
 class ImageSampler:
@@ -82,7 +68,7 @@ class ImageSampler:
         self._along = (grid.y_mm[rows], y), (grid.x_mm[columns], x)
         self._known: tuple[Array, Float32] | None = None
 
-    def coefficients(self, displacement_mm: Array) -> Float32:
+    def _coefficients(self, displacement_mm: Array) -> Float32:
         """(3, ny + 2, nx + 2) coefficients of uniform cubic B-splines on all nodes.
 
         They are kept until another displacement is asked for.
@@ -142,7 +128,7 @@ class ImageSampler:
         corner = np.minimum(places.astype(np.intp), last - 1)
         x, y = (places - corner).T
         wx, wy = np.stack(_weights(x), 1), np.stack(_weights(y), 1)
-        nodes = self.coefficients(displacement_mm)[:2].reshape(2, -1)
+        nodes = self._coefficients(displacement_mm)[:2].reshape(2, -1)
         width = self.grid.nx + 2
         sixteen = (np.arange(4)[:, None] * width + np.arange(4)).reshape(-1)
         near = nodes.take(corner[:, 1:] * width + corner[:, :1] + sixteen, axis=1)
@@ -159,7 +145,7 @@ class ImageSampler:
         origins : (2, my, mx)
             Of :meth:`origins`.
         """
-        return _cubic(self.coefficients(displacement_mm), *origins)
+        return _cubic(self._coefficients(displacement_mm), *origins)
 
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
@@ -175,35 +161,6 @@ class ImageSampler:
         along[0] = _between(rows.values, known, columns.slopes)
         along[1] = _between(rows.slopes, known, columns.values)
         return np.moveaxis(along, 0, 2)
-
-    def seen(self, displacement_mm: Array, compiled: ModuleType) -> tuple[Float32, Float32]:
-        """Return height and displacement at the pixels, by compiled loops.
-
-        Parameters
-        ----------
-        displacement_mm : (3, ny, nx)
-            x, y and indentation of each material node.
-        compiled : module
-            :mod:`tactile_core.sim.kernels.compiled`.
-
-        Returns
-        -------
-        height_mm : (H, W) float32
-        displacement_mm : (H, W, 2) float32
-        """
-        rows, columns = self._splines
-        now = np.empty((3, *self.window.shape), np.float32)
-        compiled.at_present(
-            np.asarray(displacement_mm[:2], np.float32) / np.float32(self.grid.spacing_mm),
-            self.coefficients(displacement_mm),
-            (self.window.rows.start, self.window.columns.start),
-            now,
-        )
-        images = np.empty((3, *self.shape), np.float32)
-        knowns = rows.solution.times(columns.solution.along(now))
-        for known, image in zip(knowns, images, strict=True):
-            compiled.values(known, rows.tables, columns.tables, image)
-        return images[2], np.moveaxis(images[:2], 0, 2)
 
     @cached_property
     def _splines(self) -> tuple[_BSplines, _BSplines]:
@@ -238,15 +195,11 @@ class _BSplines(NamedTuple):
         From n values at the nodes to n + 2 coefficients.
     values, slopes : BandedMatrix
         From coefficients to the values at N target positions, and to their derivatives.
-    tables : (N,) int64 and (4, N) float32
-        For each target position, the index of the first of its four coefficients, and their
-        weights.
     """
 
     solution: BandedMatrix
     values: BandedMatrix
     slopes: BandedMatrix
-    tables: tuple[NDArray[np.int64], Float32]
 
     @classmethod
     def of(cls, nodes: Array, targets: Array) -> _BSplines:
@@ -254,15 +207,12 @@ class _BSplines(NamedTuple):
 
         count, spacing = len(nodes), nodes[1] - nodes[0]
         position, knots = (targets - nodes[0]) / spacing, np.arange(-3.0, count + 3)
-        weights = BSpline.design_matrix(position, knots, 3, extrapolate=True)
-        first = weights.indices.reshape(-1, 4)[:, 0].astype(np.int64)
-        four = np.ascontiguousarray(weights.data.reshape(-1, 4).T, np.float32)
+        values = BSpline.design_matrix(position, knots, 3, extrapolate=True)
         slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
         return cls(
             BandedMatrix.of(_solution(count)),
-            BandedMatrix.of(weights.toarray()),
+            BandedMatrix.of(values.toarray()),
             BandedMatrix.of(slopes),
-            (first, four),
         )
 
 
@@ -369,9 +319,9 @@ def _needed(nodes: Array, targets: Array) -> slice:
     return slice(max(0, int(first) - margin), min(len(nodes), int(last) + margin))
 
 
-def spline_matrices(nodes: Array, targets: Array) -> tuple[Float32, Float32]:
-    """Matrices from values at the nodes to a cubic spline's values and slopes at the targets."""
+def spline_matrix(nodes: Array, targets: Array) -> Float32:
+    """Matrix from values at the nodes to those of a cubic spline at the targets."""
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(nodes, np.eye(len(nodes)), k=3)
-    return spline(targets).astype(np.float32), spline.derivative()(targets).astype(np.float32)
+    return np.asarray(spline(targets), np.float32)

@@ -27,13 +27,11 @@ from tactile_core.profiles.yaml_tree import read_yaml
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
 
+# Number of frames of one step; a million are nine hours at 30 Hz.
 Frames = Annotated[PositiveInt, Field(le=1_000_000)]
-"""Number of frames of one step; a million are nine hours at 30 Hz."""
 
-_SHAKE_SEED = 81
-"""Random seed of a gripper's vibration: the same script gives the same moves."""
-_LEAST_LOAD = 0.1
-"""Smallest load in a vibration, relative to the weight: a pull needs a direction."""
+_SHAKE_SEED = 81  # Random seed of a gripper's vibration: the same script gives the same moves
+_LEAST_LOAD = 0.1  # Smallest load in a vibration, relative to the weight: a pull needs a direction
 
 
 class _Part(BaseModel):

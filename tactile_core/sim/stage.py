@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,8 @@ import numpy as np
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.pipeline.compiling import already_compiled
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Pixels
-from tactile_core.sim import kernels
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
@@ -41,10 +38,6 @@ class VirtualStage(GelSurface):
         Profile keys to replace, e.g. ``{"gel": {"friction": 0.3}}``. Only with a name or a path.
     faults : Faults, optional
         Defects of the rig.
-    compiled : bool, optional
-        Render by compiled loops: faster, and equal up to rounding. Default: if the extra ``fast``
-        is installed and has compiled them; if it has not, a process of low priority begins to, for
-        the next stage. Loading them takes as long as about ten frames.
 
     Attributes
     ----------
@@ -65,8 +58,6 @@ class VirtualStage(GelSurface):
         mode: Mode = "fast",
         overrides: Mapping[str, Any] | None = None,
         faults: Faults | None = None,
-        *,
-        compiled: bool | None = None,
     ) -> None:
         if isinstance(profile, str | Path):
             profile = load_profile(profile, sim=True, overrides=overrides)
@@ -74,12 +65,9 @@ class VirtualStage(GelSurface):
             raise TypeError("overrides need a profile's name or path, not a Profile")
         if seed < 0:
             raise InputError(f"seed should be 0 or more, not {seed}")
-        compiled = _is_compiled(profile) if compiled is None else compiled
-        super().__init__(profile, mode, compiled=compiled)
+        super().__init__(profile, mode)
         self.profile = profile
-        self._optics = RigOptics(
-            profile, seed=seed, faults=faults, mode=mode, compiled=self._compiled
-        )
+        self._optics = RigOptics(profile, seed=seed, faults=faults, mode=mode)
         self.markers_px = self._optics.markers_px
 
     def reset(self) -> None:
@@ -121,10 +109,10 @@ class VirtualStage(GelSurface):
 
     def frame(self) -> Frame:
         """Take a frame with every exposure of the rig's sequence."""
-        height_mm, displacement_mm = self.seen(kernels.chosen(self._compiled))
-        markers_px = self.carried_px(self.markers_px) if len(self.markers_px) else None
+        truth = self.truth()
+        markers_px = truth.markers_px if len(truth.markers_px) else None
         pixels = self._optics.expose(
-            height_mm, displacement_mm, markers_px, frame=self._shot, finite=True
+            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot, finite=True
         )
         channels = self._optics.channels
         sequential = self._shots > 1
@@ -165,17 +153,3 @@ class VirtualStage(GelSurface):
     @property
     def _has_dark(self) -> bool:
         return self._shots < len(self._optics.exposures)
-
-
-def _is_compiled(profile: SensorBuild) -> bool:
-    """Whether the loops that render this sensor are compiled."""
-    parts = profile.name, profile.image, profile.gel, profile.illumination, profile.optics
-    return already_compiled(f"stage {parts}", partial(_play, profile))
-
-
-def _play(profile: SensorBuild) -> None:
-    stage = VirtualStage(profile, compiled=True)
-    stage.frame()
-    stage.indenter("sphere", diameter_mm=0.2 * stage.grid.nx * stage.grid.spacing_mm)
-    stage.press(depth_mm=0.1 * (profile.gel.thickness_mm or 1.0))
-    stage.frame()

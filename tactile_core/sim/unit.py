@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
@@ -17,72 +17,47 @@ from tactile_core.sim.optics.coating import Coating
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-class UnitParameters(NamedTuple):
+class UNIT:
     """Largest deviations of a unit from its design; each is uniform and independent.
 
     Ratios are relative to the design's value.
-
-    Attributes
-    ----------
-    azimuth_deg, elevation_deg : float, degrees
-        Direction of each light.
-        Source: geometry: an LED board that is 1 mm out of place at 12 mm from the gel.
-    distance, brightness : float, ratio
-        Distance and brightness of each light.
-        Source: geometry as above; the intensity bins of LEDs are 20 to 30 % wide.
-    white_balance : float, ratio
-        Gain of each colour: cameras do not balance every unit alike.
-        Source: chosen by hand; no script derives it.
-    ambient, grain, ink : float, ratio
-        Ambient light, contrast of the coating's grain, and reflectance of the ink.
-        Source: chosen by hand: hand-made coatings vary by half.
-    specular : float, share
-        Specular share of the coating.
-        Source: chosen by hand; no script derives it.
-    roughness : float, ratio
-        Roughness of the coating.
-        Source: chosen by hand; no script derives it.
-    thickness, modulus, friction : float, ratio
-        Gel thickness, shear modulus, and friction.
-        Source: casting tolerance of 0.1 mm in 2 mm; 5 points of Shore hardness are about 20 % of
-        the modulus; friction changes with dust and wear.
-    marker_shift_mm, marker_angle_deg : float, mm and degrees
-        Position and rotation of the printed grid.
-        Source: chosen by hand: gels are mounted by hand.
-    marker_size, marker_jitter : float, ratio
-        Marker diameter, and standard deviation of a marker's position in diameters.
-        Source: chosen by hand; no script derives it.
-    exposure, noise, vignetting, crosstalk : float, ratio
-        Brightness of the undeformed surface, noise of the camera, light lost in the corners, and
-        leak between colours.
-        Source: chosen by hand; no script derives it.
     """
 
-    azimuth_deg: float = 5.0
-    elevation_deg: float = 4.0
-    distance: float = 0.08
-    brightness: float = 0.15
-    white_balance: float = 0.1
-    ambient: float = 0.5
-    grain: float = 0.5
-    ink: float = 0.5
-    specular: float = 0.1
-    roughness: float = 0.2
-    thickness: float = 0.05
-    modulus: float = 0.2
-    friction: float = 0.2
-    marker_shift_mm: float = 0.5
-    marker_angle_deg: float = 2.0
-    marker_size: float = 0.1
-    marker_jitter: float = 0.05
-    exposure: float = 0.15
-    noise: float = 0.3
-    vignetting: float = 0.5
-    crosstalk: float = 0.3
-
-
-UNIT = UnitParameters()
-"""The values in use."""
+    # [degrees] Direction of each light. Source: geometry: an LED board that is 1 mm out of place
+    # at 12 mm from the gel.
+    azimuth_deg = 5.0
+    elevation_deg = 4.0
+    # [ratio] Distance and brightness of each light. Source: geometry as above; the intensity bins
+    # of LEDs are 20 to 30 % wide.
+    distance = 0.08
+    brightness = 0.15
+    white_balance = 0.1  # [ratio] Gain of each colour: cameras do not balance every unit alike
+    # [ratio] Ambient light, contrast of the coating's grain, and reflectance of the ink. Source:
+    # by hand, : hand-made coatings vary by half.
+    ambient = 0.5
+    grain = 0.5
+    ink = 0.5
+    specular = 0.1  # [share] Specular share of the coating
+    roughness = 0.2  # [ratio] Roughness of the coating
+    # [ratio] Gel thickness, shear modulus, and friction. Source: casting tolerance of 0.1 mm in 2
+    # mm; 5 points of Shore hardness are about 20 % of the modulus; friction changes with dust and
+    # wear.
+    thickness = 0.05
+    modulus = 0.2
+    friction = 0.2
+    # [mm and degrees] Position and rotation of the printed grid. Source: by hand, : gels are
+    # mounted by hand.
+    marker_shift_mm = 0.5
+    marker_angle_deg = 2.0
+    # [ratio] Marker diameter, and standard deviation of a marker's position in diameters.
+    marker_size = 0.1
+    marker_jitter = 0.05
+    # [ratio] Brightness of the undeformed surface, noise of the camera, light lost in the
+    # corners, and leak between colours.
+    exposure = 0.15
+    noise = 0.3
+    vignetting = 0.5
+    crosstalk = 0.3
 
 
 def vary(profile: Profile, seed: int) -> Profile:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,30 +10,14 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array
 
 
-class WindowParameters(NamedTuple):
-    """Size of a window around a contact. It affects the time of a step, not its solution.
+class WINDOW:
+    """Size of a window around a contact. It affects the time of a step, not its solution."""
 
-    Attributes
-    ----------
-    margin_nodes : int, nodes
-        Margin on each side of the contact.
-        Source: chosen by hand; no script derives it.
-    margin_share : float, share of the contact's size
-        Further margin on each side.
-        Source: chosen by hand; no script derives it.
-    multiple : int, nodes
-        Window sizes are multiples of this, so that a contact that grows slightly reuses the
-        response of the last step.
-        Source: chosen by hand; no script derives it.
-    """
-
-    margin_nodes: int = 2
-    margin_share: float = 0.1
-    multiple: int = 8
-
-
-WINDOW = WindowParameters()
-"""The values in use."""
+    margin_nodes = 2  # [nodes] Margin on each side of the contact
+    margin_share = 0.1  # [share of the contact's size] Further margin on each side
+    # [nodes] Window sizes are multiples of this, so that a contact that grows slightly reuses the
+    # response of the last step.
+    multiple = 8
 
 
 @dataclass(frozen=True)

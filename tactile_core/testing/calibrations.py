@@ -20,11 +20,10 @@ from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import PRESSES, VirtualPress
 
-_FLAT_SLOPE = 0.1
-"""Largest mean slope of the undeformed surface, mm/mm: 6°."""
+_FLAT_SLOPE = 0.1  # Largest mean slope of the undeformed surface, mm/mm: 6°
 
+# Largest mean height error of the undeformed surface, as a share of the press depth.
 _FLAT_SHARE = 0.2
-"""Largest mean height error of the undeformed surface, as a share of the press depth."""
 
 
 class CalibrationChecks(Suite):

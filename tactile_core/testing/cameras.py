@@ -17,20 +17,15 @@ from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import within
 from tactile_core.testing.registered import Part, Registered
 
-SLACK_S = 0.5
-"""How far a read may exceed its timeout on a busy machine, s."""
+SLACK_S = 0.5  # How far a read may exceed its timeout on a busy machine, s
 
-_READS = 4
-"""Images read in a row, to detect reused buffers and missed time limits."""
+_READS = 4  # Images read in a row, to detect reused buffers and missed time limits
 
-_PATIENCE_S = 5.0
-"""Timeout of reads that are expected to succeed, s."""
+_PATIENCE_S = 5.0  # Timeout of reads that are expected to succeed, s
 
-_AT_ONCE_S = 0.001
-"""Timeout that a running camera cannot meet, s."""
+_AT_ONCE_S = 0.001  # Timeout that a running camera cannot meet, s
 
-_STALLED_S = 0.1
-"""Timeout of a read from a stalled camera, s."""
+_STALLED_S = 0.1  # Timeout of a read from a stalled camera, s
 
 
 class CameraChecks(Suite):

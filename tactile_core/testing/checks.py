@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., None])
 Subjects = Callable[[Registered], Sequence[object]]
 
-PREFIX = "test_"
-"""Prefix of check methods; the rest of the method's name is the name of the check."""
+PREFIX = "test_"  # Prefix of check methods; the rest of the method's name is the name of the check
 
 
 class Suite:

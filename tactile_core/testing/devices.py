@@ -11,8 +11,7 @@ from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import Footprint
 from tactile_core.testing.registered import Part, Registered
 
-_ROUNDS = 2
-"""Number of repeated openings in the check of leaks."""
+_ROUNDS = 2  # Number of repeated openings in the check of leaks
 
 
 class DeviceChecks(Suite):

@@ -22,8 +22,8 @@ from tactile_core.testing.virtual_presses import VirtualPress
 from tactile_core.views.pictures import picture_of
 
 GivenQuantities = Mapping[type[Quantity], Quantity]
+# Advice for an estimator with undeclared state.
 _STATE = "set stateful = True and clear the state in reset(), or keep no state"
-"""Advice for an estimator with undeclared state."""
 
 
 class EstimatorChecks(Suite):

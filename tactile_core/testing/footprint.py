@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any
 
 _FDS = Path("/proc/self/fd")
-_GRACE_S = 0.5
-"""Time that threads have to end after close(), s."""
+_GRACE_S = 0.5  # Time that threads have to end after close(), s
 
-_POLL_S = 0.01
-"""Interval between two looks at the threads, s."""
+_POLL_S = 0.01  # Interval between two looks at the threads, s
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 HEAVY = (
-    "cv2", "cupy", "jax", "matplotlib", "numba", "onnxruntime", "open3d", "pandas", "rclpy",
+    "cv2", "cupy", "jax", "matplotlib", "onnxruntime", "open3d", "pandas", "rclpy",
     "scipy", "skimage", "sklearn", "tensorflow", "torch", "torchvision",
 )  # fmt: skip
 """Packages that take 0.1 s or more to import."""

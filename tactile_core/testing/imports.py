@@ -16,11 +16,10 @@ from tactile_core.testing import import_probe as probe
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.faults import CannotCheck, Fault
 
-_LONGEST_S = 60.0
-"""Time limit of the import in a fresh interpreter, s."""
+_LONGEST_S = 60.0  # Time limit of the import in a fresh interpreter, s
 
+# Advice for a heavy import.
 _MOVE = "import it in the module of the component that needs it, which is loaded on demand"
-"""Advice for a heavy import."""
 
 
 @dataclass(frozen=True)

@@ -17,14 +17,12 @@ from tactile_core.quantities.array_form import form_fault as array_fault
 from tactile_core.testing.differences import arrays_in
 from tactile_core.testing.virtual_presses import VirtualPress
 
-_FACTOR = 3.0
-"""Largest ratio between a measurement of a ball and its ground truth."""
+_FACTOR = 3.0  # Largest ratio between a measurement of a ball and its ground truth
 
-_SIMILAR = 0.5
-"""Smallest cosine similarity between measured and true slopes along the same axis."""
+_SIMILAR = 0.5  # Smallest cosine similarity between measured and true slopes along the same axis
 
+# Ratios of a height in a wrong unit to the height in mm, with the name of the unit.
 _UNITS = ((1e-3, "metres"), (1e3, "micrometres"), (0.1, "centimetres"))
-"""Ratios of a height in a wrong unit to the height in mm, with the name of the unit."""
 
 
 def quantity_fault(result: Quantity, scene: VirtualPress) -> str:

@@ -30,11 +30,10 @@ from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.registered import ProfileFile, Registered
 from tactile_core.testing.virtual_presses import Rig, full_rig
 
+# Matches absolute paths except devices.
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
-"""Matches absolute paths except devices."""
 
-_VIRTUAL_FRAMES = 6
-"""Number of frames that reach from the undeformed surface into a press."""
+_VIRTUAL_FRAMES = 6  # Number of frames that reach from the undeformed surface into a press
 
 
 class ProfileChecks(Suite):

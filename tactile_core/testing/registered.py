@@ -198,7 +198,6 @@ class Registered:
             Its construction fails.
         """
         device: Device = self.made(part)
-        camera = self._companion(part) if isinstance(device, LightDriver) else None
         if isinstance(device, LightDriver) and (camera := self._companion(part)) is not None:
             try:
                 device.attach(camera)

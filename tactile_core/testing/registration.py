@@ -20,11 +20,9 @@ from tactile_core.testing.faults import CannotCheck, Fault
 from tactile_core.testing.footprint import Footprint
 from tactile_core.testing.registered import Part, Registered
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
-"""Valid names of plugins in profiles."""
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")  # Valid names of plugins in profiles
 
-_UNKNOWN = "no_such_option"
-"""Name of an option that no component has."""
+_UNKNOWN = "no_such_option"  # Name of an option that no component has
 
 
 class RegistrationChecks(Suite):

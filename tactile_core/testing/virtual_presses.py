@@ -33,32 +33,23 @@ from tactile_core.quantities import (
 from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
-SMALL_PX = 160
-"""Longer image side of a small virtual sensor, px."""
+SMALL_PX = 160  # Longer image side of a small virtual sensor, px
 
-PRESSES = 7
-"""Number of presses for a calibration."""
+PRESSES = 7  # Number of presses for a calibration
 
-PIXELS = 300
-"""Largest number of contact pixels in each calibration press."""
+PIXELS = 300  # Largest number of contact pixels in each calibration press
 
-SCENES = 4
-"""Number of presses in the sequence for estimators."""
+SCENES = 4  # Number of presses in the sequence for estimators
 
-_BALL = 0.4
-"""Diameter of a ball, as a share of the image's shorter side."""
+_BALL = 0.4  # Diameter of a ball, as a share of the image's shorter side
 
-_DEPTH = 0.2
-"""Indentation, as a share of the ball's diameter."""
+_DEPTH = 0.2  # Indentation, as a share of the ball's diameter
 
-_MARKERS_A_SIDE = 10
-"""Marker pitches along the shorter side of a gel without markers."""
+_MARKERS_A_SIDE = 10  # Marker pitches along the shorter side of a gel without markers
 
-_SHEAR = 0.03
-"""Shear displacement of the last press, as a share of the image's shorter side."""
+_SHEAR = 0.03  # Shear displacement of the last press, as a share of the image's shorter side
 
-_SHEAR_REACH = 0.4
-"""Distance over which the shear decays, as a share of the image's shorter side."""
+_SHEAR_REACH = 0.4  # Distance over which the shear decays, as a share of the image's shorter side
 
 _GENERIC = {
     "schema": 1,

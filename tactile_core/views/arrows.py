@@ -2,53 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 
-class ArrowParameters(NamedTuple):
-    """Style of the arrows. It has no effect on measurements, so nothing sets it from outside.
+class ARROWS:
+    """Style of the arrows. It has no effect on measurements, so nothing sets it from outside."""
 
-    Attributes
-    ----------
-    width_px : int, px
-        Width of the result. Source: chosen by hand.
-    brightness : float, ratio
-        Brightness of the picture under the arrows, relative to the original. Source: chosen by
-        hand.
-    arrows_across : int, count
-        Arrows along the width. Source: chosen by hand.
-    longest_spacings : float, ratio
-        Length of the longest arrow relative to the spacing of the arrows. Source: chosen by hand.
-    shortest_px : float, px
-        Shorter arrows are left out. Source: chosen by hand.
-    stick_rgb, slip_rgb, edge_rgb : tuple of int, grey levels
-        R, G, B of arrows in the stick region, of arrows in the slip region, and of the contour of
-        either. Source: chosen by hand.
-    line_px, edge_px : int, px
-        Line width of an arrow, without and with its contour. Source: chosen by hand.
-    tip : float, ratio
-        Length of the arrowhead relative to the arrow. Source: chosen by hand.
-    """
-
-    width_px: int = 960
-    brightness: float = 0.75
-    arrows_across: int = 28
-    longest_spacings: float = 1.6
-    shortest_px: float = 1.5
-    stick_rgb: tuple[int, int, int] = (255, 220, 60)
-    slip_rgb: tuple[int, int, int] = (255, 70, 40)
-    edge_rgb: tuple[int, int, int] = (30, 30, 30)
-    line_px: int = 2
-    edge_px: int = 4
-    tip: float = 0.3
-
-
-ARROWS = ArrowParameters()
-"""The values in use."""
+    width_px = 960  # [px] Width of the result
+    # [ratio] Brightness of the picture under the arrows, relative to the original.
+    brightness = 0.75
+    arrows_across = 28  # [count] Arrows along the width
+    # [ratio] Length of the longest arrow relative to the spacing of the arrows.
+    longest_spacings = 1.6
+    shortest_px = 1.5  # [px] Shorter arrows are left out
+    # [grey levels] R, G, B of arrows in the stick region, of arrows in the slip region, and of
+    # the contour of either.
+    stick_rgb = (255, 220, 60)
+    slip_rgb = (255, 70, 40)
+    edge_rgb = (30, 30, 30)
+    # [px] Line width of an arrow, without and with its contour.
+    line_px = 2
+    edge_px = 4
+    tip = 0.3  # [ratio] Length of the arrowhead relative to the arrow
 
 
 def arrows(

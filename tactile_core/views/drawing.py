@@ -11,21 +11,17 @@ from numpy.typing import NDArray
 Rgb = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
-PAPER: Colour = (252, 252, 250)
-"""R, G, B of the background of a sheet."""
+PAPER: Colour = (252, 252, 250)  # R, G, B of the background of a sheet
 
-INK: Colour = (38, 46, 54)
-"""R, G, B of text and of the scale bar."""
+INK: Colour = (38, 46, 54)  # R, G, B of text and of the scale bar
 
-FAINT: Colour = (120, 128, 136)
-"""R, G, B of secondary text and of ticks."""
+FAINT: Colour = (120, 128, 136)  # R, G, B of secondary text and of ticks
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-_TEXT_SCALE = 0.5
-"""Size of text relative to OpenCV's font, on the smallest sheet."""
+_TEXT_SCALE = 0.5  # Size of text relative to OpenCV's font, on the smallest sheet
 
+# Replacements for characters that OpenCV's stroke font lacks.
 _ASCII = str.maketrans({"²": "^2", "×": "x", "−": "-", "°": "deg", "µ": "u"})
-"""Replacements for characters that OpenCV's stroke font lacks."""
 
 
 def blank(height_px: int, width_px: int) -> Rgb:

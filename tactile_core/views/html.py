@@ -25,8 +25,7 @@ margin:1rem calc(50% - min(48vw,52rem))}
 """
 """CSS of every page."""
 
-_JPEG_QUALITY = 90
-"""Quality of photos, %."""
+_JPEG_QUALITY = 90  # Quality of photos, %
 
 
 def page(title: str, parts: Sequence[str]) -> str:

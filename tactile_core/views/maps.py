@@ -15,8 +15,7 @@ from tactile_core.views.drawing import Rgb
 from tactile_core.views.shading import colours, diverging_colours, sequential_colours, shaded
 from tactile_core.views.sheet import SHEET, framed
 
-_ENLARGED_BLUR_PX = 0.6
-"""Blur of an enlarged map, sigma in px of the image."""
+_ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image
 
 
 @dataclass(frozen=True)

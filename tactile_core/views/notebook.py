@@ -12,8 +12,7 @@ from tactile_core.quantities.layers import Layer
 from tactile_core.views.html import figure, paragraph, table
 from tactile_core.views.pictures import picture_of, points_on_frame
 
-_DIGITS = 4
-"""Significant digits of a number in the table."""
+_DIGITS = 4  # Significant digits of a number in the table
 
 
 def notebook_html(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
@@ -12,62 +10,36 @@ from tactile_core.quantities.layers import Outline, Points, VectorMap
 from tactile_core.views.drawing import Colour, Rgb, round_length
 from tactile_core.views.sheet import unit_of
 
-_FRACTION_BITS = 4
-"""Fractional bits of OpenCV's coordinates."""
+_FRACTION_BITS = 4  # Fractional bits of OpenCV's coordinates
 
 
-class OverlayParameters(NamedTuple):
+class OVERLAY:
     """Style of overlays. It has no effect on measurements, so nothing sets it from outside.
 
     Lengths in sheet px are px on the smallest sheet and grow with the picture.
-
-    Attributes
-    ----------
-    outline_blur_px : float, px
-        Sigma that smooths the outline of an enlarged mask, in px of the image. Source: chosen by
-        hand.
-    outline_rgb, halo_rgb : tuple of int, grey levels
-        R, G, B of outlines and of the dark border around them. Source: chosen by hand.
-    marker_rgb, arrow_rgb : tuple of int, grey levels
-        R, G, B of markers and arrows. Source: chosen by hand.
-    marker_radius : float, sheet px
-        Radius of the dot of a marker. Source: chosen by hand.
-    arrow_line, arrow_halo : float, sheet px
-        Line width of an arrow, without and with its light border. Source: chosen by hand.
-    arrow_tip : float, sheet px
-        Length of the arrowhead. Source: chosen by hand.
-    shortest_arrow : float, sheet px
-        Shorter arrows are left out. Source: chosen by hand.
-    smallest_mm : float, mm
-        A field whose largest displacement is smaller has no arrows. Source: chosen by hand, to
-        avoid a division by zero.
-    arrows_across : int, count
-        Arrows along the width of a field. Source: chosen by hand.
-    longest_spacings : float, ratio
-        Limit of the longest magnified arrow relative to the spacing of the arrows. Source: chosen
-        by hand.
-    max_magnification : float, ratio
-        Limit of the magnification of displacements. Source: chosen by hand.
     """
 
-    outline_blur_px: float = 1.0
+    # [px] Sigma that smooths the outline of an enlarged mask, in px of the image.
+    outline_blur_px = 1.0
+    # [grey levels] R, G, B of outlines and of the dark border around them.
     outline_rgb: Colour = (255, 255, 255)
     halo_rgb: Colour = (45, 52, 62)
+    # [grey levels] R, G, B of markers and arrows.
     marker_rgb: Colour = (38, 46, 54)
     arrow_rgb: Colour = (196, 62, 40)
-    marker_radius: float = 2.2
-    arrow_line: float = 1.6
-    arrow_halo: float = 3.2
-    arrow_tip: float = 5.0
-    shortest_arrow: float = 5.0
-    smallest_mm: float = 1e-6
-    arrows_across: int = 20
-    longest_spacings: float = 1.8
-    max_magnification: float = 10.0
-
-
-OVERLAY = OverlayParameters()
-"""The values in use."""
+    marker_radius = 2.2  # [sheet px] Radius of the dot of a marker
+    # [sheet px] Line width of an arrow, without and with its light border.
+    arrow_line = 1.6
+    arrow_halo = 3.2
+    arrow_tip = 5.0  # [sheet px] Length of the arrowhead
+    shortest_arrow = 5.0  # [sheet px] Shorter arrows are left out
+    # [mm] A field whose largest displacement is smaller has no arrows. Source: by hand, to avoid
+    # a division by zero.
+    smallest_mm = 1e-6
+    arrows_across = 20  # [count] Arrows along the width of a field
+    # [ratio] Limit of the longest magnified arrow relative to the spacing of the arrows.
+    longest_spacings = 1.8
+    max_magnification = 10.0  # [ratio] Limit of the magnification of displacements
 
 
 def outline(picture: Rgb, region: Outline) -> None:

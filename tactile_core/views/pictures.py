@@ -20,8 +20,7 @@ from tactile_core.views.drawing import Rgb, blank, text_size, write
 from tactile_core.views.maps import Overlay, coloured, joined, magnitude, relief
 from tactile_core.views.sheet import SHEET
 
-_CONTRAST = 0.55
-"""Contrast of a frame under points, relative to the original."""
+_CONTRAST = 0.55  # Contrast of a frame under points, relative to the original
 
 
 def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb | None:

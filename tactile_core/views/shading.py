@@ -2,71 +2,46 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.views.drawing import Rgb
 
 
-class ShadingParameters(NamedTuple):
+class SHADING:
     """Colours of maps. They have no effect on measurements, so nothing sets them from outside.
 
     Lightness is from 0 to 1. Lightness, chroma and hue are those of OKLab [1]_.
-
-    Attributes
-    ----------
-    levels, shades : int, count
-        Heights and brightnesses that the table of colours distinguishes. Source: 8-bit images have
-        256 levels; the number of shades is chosen by hand.
-    light : tuple of float, ratio
-        Direction towards the light, x right, y down and z towards the viewer; normalised before
-        use. Source: maps are shaded from the upper left by convention; chosen by hand.
-    shade_strength : float, ratio
-        Largest change of lightness by shading. Source: chosen by hand.
-    shaded_lightness : tuple of float, ratio
-        Limits of the lightness after shading. Source: chosen by hand.
-    max_exaggeration : float, ratio
-        Limit of the factor by which shading exaggerates slopes. Source: chosen by hand.
-    clear_slope : float, ratio
-        Slope to which the 99th percentile of a map's slopes is exaggerated. Source: chosen by hand.
-    low, high : tuple of float, ratio, ratio and degrees
-        Lightness, chroma and hue of the lowest height (slate) and of the highest (ivory). Source:
-        chosen by hand.
-    middle_chroma : float, ratio
-        Chroma that is added halfway between the two. Source: chosen by hand.
-    negative_hue_deg, positive_hue_deg : float, degrees
-        Hues of diverging colours: blue and red. Source: chosen by hand.
-    white, dark : float, ratio
-        Lightness of diverging colours at 0, and its decrease at ±1. Source: chosen by hand.
-    diverging_chroma : float, ratio
-        Chroma of diverging colours at ±1. Source: chosen by hand.
 
     References
     ----------
     .. [1] B. Ottosson, "A perceptual color space for image processing", 2020.
     """
 
-    levels: int = 256
-    shades: int = 128
-    light: tuple[float, float, float] = (-0.45, -0.55, 0.7)
-    shade_strength: float = 0.42
-    shaded_lightness: tuple[float, float] = (0.08, 0.99)
-    max_exaggeration: float = 6.0
-    clear_slope: float = 0.7
-    low: tuple[float, float, float] = (0.47, 0.060, 268.0)
-    high: tuple[float, float, float] = (0.93, 0.115, 90.0)
-    middle_chroma: float = 0.012
-    negative_hue_deg: float = 255.0
-    positive_hue_deg: float = 30.0
-    white: float = 0.98
-    dark: float = 0.45
-    diverging_chroma: float = 0.17
-
-
-SHADING = ShadingParameters()
-"""The values in use."""
+    # [count] Heights and brightnesses that the table of colours distinguishes. Source: 8-bit
+    # images have 256 levels; the number of shades is chosen by hand.
+    levels = 256
+    shades = 128
+    # [ratio] Direction towards the light, x right, y down and z towards the viewer; normalised
+    # before use. Source: maps are shaded from the upper left by convention; chosen by hand.
+    light = (-0.45, -0.55, 0.7)
+    shade_strength = 0.42  # [ratio] Largest change of lightness by shading
+    shaded_lightness = (0.08, 0.99)  # [ratio] Limits of the lightness after shading
+    max_exaggeration = 6.0  # [ratio] Limit of the factor by which shading exaggerates slopes
+    # [ratio] Slope to which the 99th percentile of a map's slopes is exaggerated.
+    clear_slope = 0.7
+    # [ratio, ratio and degrees] Lightness, chroma and hue of the lowest height (slate) and of the
+    # highest (ivory).
+    low = (0.47, 0.060, 268.0)
+    high = (0.93, 0.115, 90.0)
+    middle_chroma = 0.012  # [ratio] Chroma that is added halfway between the two
+    # [degrees] Hues of diverging colours: blue and red.
+    negative_hue_deg = 255.0
+    positive_hue_deg = 30.0
+    # [ratio] Lightness of diverging colours at 0, and its decrease at ±1.
+    white = 0.98
+    dark = 0.45
+    diverging_chroma = 0.17  # [ratio] Chroma of diverging colours at ±1
 
 
 def shaded(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float) -> Rgb:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 
 from tactile_core.views.drawing import (
@@ -19,34 +17,21 @@ from tactile_core.views.drawing import (
 )
 
 
-class SheetParameters(NamedTuple):
+class SHEET:
     """Layout of sheets. It has no effect on measurements, so nothing sets it from outside.
 
     Lengths in sheet px are px on the smallest sheet and grow with the picture.
-
-    Attributes
-    ----------
-    min_side_px : int, px
-        Longer side of the smallest picture; smaller images are enlarged. Source: chosen by hand.
-    margin, header, footer : int, sheet px
-        Space on the left, above and below the picture. Source: chosen by hand.
-    gap : int, sheet px
-        Space between pictures and next to the colour bar. Source: chosen by hand.
-    bar, labels : int, sheet px
-        Width of the colour bar and of its labels. Source: chosen by hand.
     """
 
-    min_side_px: int = 640
-    margin: int = 22
-    header: int = 46
-    footer: int = 46
-    gap: int = 18
-    bar: int = 16
-    labels: int = 72
-
-
-SHEET = SheetParameters()
-"""The values in use."""
+    min_side_px = 640  # [px] Longer side of the smallest picture; smaller images are enlarged
+    # [sheet px] Space on the left, above and below the picture.
+    margin = 22
+    header = 46
+    footer = 46
+    gap = 18  # [sheet px] Space between pictures and next to the colour bar
+    # [sheet px] Width of the colour bar and of its labels.
+    bar = 16
+    labels = 72
 
 
 def unit_of(picture: Rgb) -> float:

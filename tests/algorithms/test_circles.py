@@ -148,8 +148,8 @@ def test_a_held_out_press_moves_until_centre_and_contact_agree(
     left_out, *others = bench.starts(bench.presses())
     light = fit_light(others, circles[1:])
     found = locate(left_out, light)
-    longer = finder.FINDER._replace(held_out_rounds=20, held_out_settled_px=0.0)
-    monkeypatch.setattr(finder, "FINDER", longer)
+    monkeypatch.setattr(finder.FINDER, "held_out_rounds", 20)
+    monkeypatch.setattr(finder.FINDER, "held_out_settled_px", 0.0)
     settled = locate(left_out, light)
     assert np.hypot(*np.subtract(found.centre_px, settled.centre_px)) < 0.03
     assert found.contact_radius_px == pytest.approx(settled.contact_radius_px, abs=0.1)

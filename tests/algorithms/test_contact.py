@@ -19,8 +19,6 @@ from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

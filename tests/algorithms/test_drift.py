@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.drift import channel_gains, divided
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 ROWS, COLUMNS = 120, 160
 UNDEFORMED = np.random.default_rng(0).uniform(80, 140, (ROWS, COLUMNS, 6)).astype(np.float32)
 AZIMUTHS = np.radians(np.arange(6) * 60.0)

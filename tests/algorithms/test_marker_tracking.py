@@ -13,8 +13,6 @@ from support.soak import share_of
 from experiments.sheared_markers import Shear, counted
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 PITCH = 30.0
 seeds = st.integers(0, 2**32 - 1)
 
@@ -213,11 +211,8 @@ def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
         *now_and_in_soak(Shear(2.0, 0.7, spurious=0.05), "two pitches, quickly"),
     ],
 )
-def test_virtual_strokes_swap_hardly_any_marker(
-    shear: Shear, frames: int, kernels_or_numpy: str
-) -> None:
-    # numpy gives the same matches in twice the time
-    tally = counted(shear, frames if kernels_or_numpy == "compiled" else 200)
+def test_virtual_strokes_swap_hardly_any_marker(shear: Shear, frames: int) -> None:
+    tally = counted(shear, frames)
     print(tally)
     assert tally.swapped <= 5e-5 * tally.seen
     assert tally.specks <= 1.2e-3 * tally.seen

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, paired
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 PITCH_PX = 20.0
 PLACES = PITCH_PX * np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).reshape(-1, 2)

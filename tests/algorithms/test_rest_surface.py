@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.rest_surface import RestPlane, rest_plane
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Array = NDArray[Any]
 
 MM_PER_PX = 0.1

@@ -14,8 +14,6 @@ from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.errors import InputError
 from tactile_core.sim.analytic_ball import BallPress
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

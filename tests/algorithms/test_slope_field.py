@@ -8,8 +8,6 @@ from tactile_core.algorithms.colour_table import Axis, bake
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.slope_grid import coarse_size
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 
 def model(features: np.ndarray) -> np.ndarray:
     """Return a model that is smooth in colour and whose gain varies over the image."""

@@ -13,8 +13,6 @@ from tactile_core.algorithms.marker_tracking.nearest import closest_of, nearest
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.small_motion import steady
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 REST_PX = 30.0 * np.stack(np.meshgrid(np.arange(14), np.arange(11)), axis=-1).reshape(-1, 2)
 NONE_PX = np.zeros_like(REST_PX)
 

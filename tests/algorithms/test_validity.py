@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.validity import two_within
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 FLOOR, CEILING = 3.06, 251.94
 

@@ -15,8 +15,6 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import ContactMask, HeightMap
 from tactile_core.sim.analytic_ball import BallPress
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(
     ImageSection(width_px=SHAPE[1], height_px=SHAPE[0], mm_per_px=MM_PER_PX), Gel()

@@ -17,14 +17,12 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Reference, RelativeLoad
 from tactile_core.sim.stage import VirtualStage
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 SIZE = {"image": {"width_px": 320, "height_px": 240, "mm_per_px": 0.0552}}
 STEPS = {"estimators": {"load": {"use": "core.load"}}}
 
 
 @pytest.fixture(scope="module")
-def stage(kernels_or_numpy: str) -> VirtualStage:
+def stage() -> VirtualStage:
     return VirtualStage("hex_fingertip", seed=0, mode="fast", overrides=SIZE)
 
 

@@ -16,8 +16,6 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import MarkerDetections, MarkerField, Reference
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 PITCH = 20.0
 PLACES = PITCH * (1 + np.stack(np.meshgrid(np.arange(10), np.arange(8)), -1).reshape(-1, 2))
 CONTEXT = SensorContext(ImageSection(width_px=220, height_px=180, mm_per_px=0.05), Gel())

@@ -17,8 +17,6 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, MarkerDetections, Reference
 from tactile_core.sim.optics import RigOptics
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 CHAIN = {"estimators": {"markers": {"use": "core.markers"}, "height": None, "contact": None}}
 
 

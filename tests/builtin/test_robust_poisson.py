@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from tactile_core.builtin.poisson import Poisson
@@ -14,8 +13,6 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Gradients
 from tactile_core.sim.analytic_ball import BallPress
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(

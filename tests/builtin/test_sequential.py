@@ -15,8 +15,6 @@ from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 LIGHTS = 6
 HEIGHT, WIDTH = 512, 612
 

@@ -34,8 +34,6 @@ from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 DISC = Plan(
     "disc",
     "flat",
@@ -67,7 +65,7 @@ PLANS = {
 
 
 @pytest.fixture(scope="module")
-def runs(kernels_or_numpy: str) -> dict[str, Judged]:
+def runs() -> dict[str, Judged]:
     return {name: judged(plan) for name, plan in PLANS.items()}
 
 

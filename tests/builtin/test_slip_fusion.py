@@ -177,7 +177,6 @@ def test_an_imprint_is_not_tracked_without_markers_that_are_seen() -> None:
     assert not found.tracked
 
 
-@pytest.mark.usefixtures("kernels_or_numpy")
 def test_frames_without_a_visible_marker_give_an_unknown_state() -> None:
     shown = VirtualStage("hex_fingertip").frame()
     undeformed = Reference(shown.pixels.astype(np.float32), shown.channels)

@@ -27,8 +27,6 @@ from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.analytic_ball import BallPress
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Model = Polynomial | Mlp | LookupTable
 CALIBRATORS = {
     "core.polynomial": PolynomialCalibrator,
@@ -81,7 +79,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(lab: VirtualLab, kernels_or_numpy: str) -> Bench:
+def bench(lab: VirtualLab) -> Bench:
     return Bench(lab, 9)
 
 

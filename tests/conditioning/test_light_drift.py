@@ -9,8 +9,6 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core import ContactMask, Frame, HeightMap, Pipeline
 from tactile_core.sim.analytic_ball import BallPress
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 
 

@@ -90,7 +90,7 @@ def test_a_setting_on_a_page_is_that_of_the_code(page: str) -> None:
         (module,) = (
             path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
             for path in (ROOT / "tactile_core").rglob("*.py")
-            if f"\n{holder} = " in path.read_text(encoding="utf-8")
+            if f"\nclass {holder}:" in path.read_text(encoding="utf-8")
         )
         assert getattr(getattr(import_module(module), holder), name) == float(value)
 

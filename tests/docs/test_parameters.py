@@ -1,9 +1,11 @@
-"""Tuning constants are fields of documented parameter classes, each with its unit and source."""
+"""Every number that decides a result has a comment: its unit, its meaning and where it is from."""
 
 from __future__ import annotations
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,14 +14,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("algorithms", "calibration", "sim")
 MODULES = sorted(path for room in ROOMS for path in (ROOT / "tactile_core" / room).rglob("*.py"))
-CLASSES = sorted(
+GROUPS = sorted(
     path
     for folder in ("tactile_core", "plugins")
     for path in (ROOT / folder).rglob("*.py")
-    if "Parameters(" in path.read_text("utf-8")
+    if re.search(r"^class [A-Z_]+:", path.read_text("utf-8"), re.MULTILINE)
 )
-
-_ENTRY = re.compile(r"^(\w+(?:, \w+)*) : ([^\n]+)\n((?:    [^\n]*\n|\n)+)", re.MULTILINE)
 
 
 def _is_number(value: ast.expr) -> bool:
@@ -36,47 +36,49 @@ def _is_number(value: ast.expr) -> bool:
     return False
 
 
-def _bare_numbers(path: Path) -> Iterator[str]:
-    """Yield module-level numbers without a docstring right after them."""
-    body = ast.parse(path.read_text("utf-8")).body
-    for statement, following in zip(body, [*body[1:], None], strict=True):
+def _comments(text: str) -> dict[int, str]:
+    """Comments by their lines."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return {token.start[0]: token.string for token in tokens if token.type == tokenize.COMMENT}
+
+
+def _numbers(body: list[ast.stmt], text: str) -> Iterator[tuple[str, str]]:
+    """Yield each number's name and comment: beside it, above it, or above the one before it."""
+    comments, lines = _comments(text), text.split("\n")
+    before, end = "", -1
+    for statement in body:
         if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
             continue
-        documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
-        if _is_number(statement.value) and not documented:
-            yield f"{path.relative_to(ROOT)}:{statement.lineno}: {ast.unparse(statement)}"
-
-
-def _parameter_classes(path: Path) -> Iterator[ast.ClassDef]:
-    for node in ast.parse(path.read_text("utf-8")).body:
-        if isinstance(node, ast.ClassDef) and node.name.endswith("Parameters"):
-            yield node
+        first, last = statement.lineno, statement.end_lineno or statement.lineno
+        said = " ".join(comments[line] for line in range(first, last + 1) if line in comments)
+        above = first - 1
+        while above in comments and lines[above - 1].lstrip().startswith("#"):
+            said, above = f"{comments[above]} {said}", above - 1
+        said = said or (before if end + 1 == first else "")
+        before, end = said, last
+        if _is_number(statement.value):
+            target = statement.targets[0] if isinstance(statement, ast.Assign) else statement.target
+            yield ast.unparse(target), said
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_module_has_no_undocumented_numbers(path: Path) -> None:
-    assert not list(_bare_numbers(path))
+def test_each_number_of_a_module_has_a_comment(path: Path) -> None:
+    text = path.read_text("utf-8")
+    assert [name for name, said in _numbers(ast.parse(text).body, text) if not said] == []
 
 
-@pytest.mark.parametrize("path", CLASSES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_each_parameter_has_unit_meaning_and_source(path: Path) -> None:
-    for node in _parameter_classes(path):
-        documentation = ast.get_docstring(node) or ""
-        entries = {
-            name: (kind, meaning)
-            for names, kind, meaning in _ENTRY.findall(documentation + "\n")
-            for name in names.split(", ")
-        }
-        fields = [
-            line.target.id
-            for line in node.body
-            if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)
-        ]
-        assert fields, f"{node.name} has no field"
-        assert sorted(entries) == sorted(fields), node.name
-        for name, (kind, meaning) in entries.items():
-            is_number = re.match(r"int|float|tuple|\(", kind)
-            assert ", " in kind or not is_number, f"{node.name}.{name} : {kind!r} lacks a unit"
-            assert re.search(r"Source:\s+\S", meaning), f"{node.name}.{name} names no source"
-            assert meaning.split("Source:")[0].strip(), f"{node.name}.{name} has no meaning"
-        assert [ast.unparse(base) for base in node.bases] == ["NamedTuple"], node.name
+@pytest.mark.parametrize("path", GROUPS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_each_number_of_a_group_has_a_unit_and_a_meaning(path: Path) -> None:
+    text = path.read_text("utf-8")
+    for node in ast.parse(text).body:
+        if not isinstance(node, ast.ClassDef) or not node.name.isupper():
+            continue
+        assert not node.bases, f"{node.name} is a plain group of constants"
+        for name, said in _numbers(node.body, text):
+            assert re.search(r"# \[.+?\] \S", said), f"{node.name}.{name}: {said!r}"
+
+
+def test_a_number_without_a_comment_is_found() -> None:
+    text = "# [mm] Depth\nDEEP = 2.0\nDEEPER = 3.0\n\nBARE = 4\nSIDE = 5  # count\n"
+    found = dict(_numbers(ast.parse(text).body, text))
+    assert [name for name, said in found.items() if not said] == ["BARE"]

@@ -66,7 +66,7 @@ def _prepare(folder: Path) -> None:
     with redirect_stdout(io.StringIO()), suppress(SystemExit):
         main(["--version"])  # sets the environment that libraries read when they are imported
     for module in walk_packages(tactile_core.__path__, "tactile_core."):
-        if not module.name.startswith(_UNWANTED) and ".kernels." not in module.name:
+        if not module.name.startswith(_UNWANTED):
             with suppress(ModuleNotFoundError):  # of an extra that is not installed
                 import_module(module.name)
     import cv2

@@ -50,7 +50,7 @@ def test_cameras_and_lights_in_a_guest(rig: str, tmp_path: Path) -> None:
     asked = " ".join(f"{name}={os.environ[name]}" for name in SIZES if name in os.environ)
     files = os.environ.get("TACTILE_GUEST_TESTS", "tests/hardware/*_in_guest.py")
     command = (
-        f"{asked} TACTILE_FAST=0 TACTILE_RIG='{rig}' "
+        f"{asked} TACTILE_RIG='{rig}' "
         f"{sys.executable} -m pytest -p no:cacheprovider -p no:benchmark "
         f"-rA --tb=short --color=no -o addopts=--import-mode=importlib "
         f"{files}"

@@ -94,7 +94,7 @@ def test_no_image_is_lost_through_the_whole_chain(monkeypatch: pytest.MonkeyPatc
     with open_sensor(unit.profile, bundle=unit.bundle, reference="first") as sensor:
         stream = sensor.stream(drop="never")
         driver = drivers[-1]
-        # the first reading loads compiled code, which stops all threads for a second
+        # the first reading loads code, which stops all threads for a second
         for _, reading in zip(range(WARM_UP), stream, strict=False):
             if reading.frame.sequence == driver.grabbed - 1:
                 break

@@ -253,7 +253,7 @@ def test_a_request_without_end_is_dropped(page: LivePage, desk: Desk) -> None:
 def test_a_connection_that_says_nothing_is_closed(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tactile_core.live.server.PAGE", PAGE._replace(handshake_s=0.2))
+    monkeypatch.setattr(PAGE, "handshake_s", 0.2)
     with (
         LivePage([desk], TOKEN) as page,
         socket.create_connection(("127.0.0.1", page.port), timeout=10) as raw,

@@ -11,7 +11,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from time import monotonic
 
-from mutants.catalogue import Kernels, Mutant, chosen, read_lists
+from mutants.catalogue import Mutant, chosen, read_lists
 from mutants.copies import Copy, Outcome
 
 
@@ -34,7 +34,7 @@ def main() -> int:
         copies = SimpleQueue[Copy]()
         for copy in pool.map(Copy, places):
             copies.put(copy)
-        failure = _failure_without_mutants(copies, pool, mutants)
+        failure = _failure_without_mutants(copies, mutants)
         if failure:
             print(failure)
             return 1
@@ -49,24 +49,15 @@ def main() -> int:
     return int(any(not mutant.equivalent for mutant in survivors))
 
 
-def _failure_without_mutants(
-    copies: SimpleQueue[Copy], pool: ThreadPoolExecutor, mutants: Sequence[Mutant]
-) -> str:
+def _failure_without_mutants(copies: SimpleQueue[Copy], mutants: Sequence[Mutant]) -> str:
     """Return the named test that fails on the unchanged tree, or ""."""
-
-    def run(kernels: Kernels) -> Outcome:
-        tests = sorted({test for m in mutants if m.kernels == kernels for test in m.tests})
-        copy = copies.get()
-        try:
-            return copy.tested(tests, kernels) if tests else Outcome()
-        finally:
-            copies.put(copy)
-
-    kinds: tuple[Kernels, ...] = ("off", "on")
-    for outcome in pool.map(run, kinds):
-        if outcome != Outcome():
-            return outcome.trouble or f"{outcome.detected_by} fails on the unchanged tree"
-    return ""
+    copy = copies.get()
+    try:
+        outcome = copy.tested(sorted({test for mutant in mutants for test in mutant.tests}))
+    finally:
+        copies.put(copy)
+    fails = outcome.detected_by and f"{outcome.detected_by} fails on the unchanged tree"
+    return outcome.trouble or fails
 
 
 def _outcome(copies: SimpleQueue[Copy], mutant: Mutant) -> Outcome:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from ruamel.yaml import YAML
 
 ROOT = Path(__file__).resolve().parents[2]
 LISTS = Path(__file__).parent / "lists"
-
-Kernels = Literal["off", "on"]
 
 
 class Mutant(BaseModel):
@@ -32,9 +29,6 @@ class Mutant(BaseModel):
         A snippet that occurs exactly once, and its replacement.
     tests : tuple of str
         Files or node ids of tests; at least one of them must fail.
-    kernels : "off" or "on"
-        Whether the tests run with compiled kernels. Off if a compiled version of the snippet would
-        hide the mistake, and if both versions share it, because importing numba takes a second.
     equivalent : str
         Reason why no test can detect it; empty for all others.
     """
@@ -48,7 +42,6 @@ class Mutant(BaseModel):
     old: str
     new: str
     tests: tuple[str, ...] = Field(min_length=1)
-    kernels: Kernels = "off"
     equivalent: str = ""
 
     def made_in(self, tree: Path) -> str:

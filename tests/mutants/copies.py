@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mutants.catalogue import ROOT, Kernels, Mutant
+from mutants.catalogue import ROOT, Mutant
 from tactile_core.pipeline.one_thread import ONE_THREAD
 
 _LEFT_OUT = (".git", ".venv", "__pycache__", "*.egg-info", ".*_cache", "site", "dist", "demo")
@@ -48,37 +48,34 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.tree = folder / "tree"
-        self._compiled, self._kernels = folder / "pyc", folder / "numba"
+        self._compiled = folder / "pyc"
         shutil.copytree(ROOT, self.tree, ignore=shutil.ignore_patterns(*_LEFT_OUT))
         self._run(["-m", "compileall", "-q", "tactile_core", "plugins"], self._environment())
         self._check_imports()
 
-    def tested(self, tests: Sequence[str], kernels: Kernels) -> Outcome:
+    def tested(self, tests: Sequence[str]) -> Outcome:
         """Run tests on the unchanged tree."""
-        return self._tested(tests, self._environment(kernels), _ALL_S)
+        return self._tested(tests, _ALL_S)
 
     def mutated(self, mutant: Mutant) -> Outcome:
         """Apply a mutant, run its tests and revert it."""
         path = self.tree / mutant.file
         text, times = mutant.made_in(self.tree), path.stat()
         before = path.read_bytes()
-        # the cache of a kernel does not depend on the files of the kernels that it calls
-        fresh = "/kernels/" in mutant.file or mutant.file.endswith("kernels.py")
-        cache = self._kernels.with_name(f"numba-{mutant.id}") if fresh else self._kernels
         try:
             path.write_text(text, encoding="utf-8")
-            return self._tested(mutant.tests, self._environment(mutant.kernels, cache), _MUTANT_S)
+            return self._tested(mutant.tests, _MUTANT_S)
         finally:
             path.write_bytes(before)
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-            if fresh:
-                shutil.rmtree(cache, ignore_errors=True)
 
-    def _tested(self, tests: Sequence[str], environment: dict[str, str], limit_s: float) -> Outcome:
+    def _tested(self, tests: Sequence[str], limit_s: float) -> Outcome:
         every = ["-m", ""]  # also tests that are not part of 'make test'
         command = ["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=no", *every, *tests]
         try:
-            done = self._run(command, environment | {"PYTHONDONTWRITEBYTECODE": "1"}, limit_s)
+            done = self._run(
+                command, self._environment() | {"PYTHONDONTWRITEBYTECODE": "1"}, limit_s
+            )
         except subprocess.TimeoutExpired:
             return Outcome(trouble=f"not finished within {limit_s:.0f} s")
         if done.returncode == 0:
@@ -88,7 +85,7 @@ class Copy:
             return Outcome(detected_by=failed[1])
         return Outcome(trouble=f"pytest ended with {done.returncode}\n{done.stdout}{done.stderr}")
 
-    def _environment(self, kernels: Kernels = "off", cache: Path | None = None) -> dict[str, str]:
+    def _environment(self) -> dict[str, str]:
         paths = [self.tree, *sorted(self.tree.glob("plugins/tactile-*"))]
         data = ROOT.parent / "shared" / "data"
         return {
@@ -96,8 +93,6 @@ class Copy:
             **os.environ,
             "PYTHONPATH": os.pathsep.join(map(str, paths)),
             "PYTHONPYCACHEPREFIX": str(self._compiled),
-            "NUMBA_CACHE_DIR": str(cache or self._kernels),
-            "TACTILE_FAST": "0" if kernels == "off" else "1",
             **ONE_THREAD,
         }
 

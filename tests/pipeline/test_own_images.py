@@ -18,7 +18,7 @@ IMAGE = np.full(SHAPE, 90, np.uint8)
 
 @pytest.fixture(scope="module")
 def pipeline() -> Pipeline:
-    return Pipeline("hex_fingertip", compiled=False)
+    return Pipeline("hex_fingertip")
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +21,6 @@ from tactile_core import (
     Reading,
     Reference,
 )
-from tactile_core.algorithms import kernels
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.estimator import External, SensorContext
@@ -31,8 +28,6 @@ from tactile_core.pipeline.chain import Chain
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Quantity, ShownGel
 from tactile_core.sim.analytic_ball import BallPress
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 
@@ -113,34 +108,6 @@ def test_a_reading_is_not_changed_by_later_frames(lab: VirtualLab) -> None:
         np.testing.assert_array_equal(array, before[name], err_msg=name)
 
 
-def test_numpy_and_the_kernels_measure_the_same(lab: VirtualLab) -> None:
-    compiled, plain = (
-        arrays_of(Pipeline(lab.profile, lab.bundle, compiled=c).process(frame_of(lab, PRESS)))
-        for c in (True, False)
-    )
-    for name in plain:
-        np.testing.assert_allclose(compiled[name], plain[name], atol=1e-5, err_msg=name)
-
-
-def test_a_pipeline_chooses_once_whether_it_uses_compiled_loops(lab: VirtualLab) -> None:
-    assert Pipeline(lab.profile, lab.bundle).compiled is (kernels.load() is not None)
-    for chosen in (True, False):
-        pipeline = Pipeline(lab.profile, lab.bundle, compiled=chosen)
-        copies = pickle.loads(pickle.dumps(pipeline)), pipeline.with_reference(pipeline.reference)
-        assert {copy.compiled for copy in copies} == {chosen}
-
-
-def test_measuring_a_few_images_does_not_import_numba(lab: VirtualLab) -> None:
-    code = (
-        "import sys; from tactile_core import open_sensor\n"
-        f"with open_sensor({str(lab.profile_path)!r}, bundle={str(lab.bundle)!r},"
-        f" input={str(lab.presses)!r}) as sensor: list(sensor.stream())\n"
-        "print('numba' in sys.modules)"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-    assert run.stdout.split() == [b"False"]
-
-
 def test_without_a_bundle_the_steps_that_need_slopes_are_left_out(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile)
     reading = pipeline.process(frame_of(lab, PRESS))
@@ -187,10 +154,8 @@ def test_only_what_the_reference_shows_bright_can_be_too_dark(lab: VirtualLab) -
     for each in (image, reference):
         each[:, :16] = 0
     pipeline = Pipeline(lab.profile, lab.bundle)
-    # the first frame of an installation may add that it compiled its kernels
-    said, *others = pipeline.process(pipeline.frame(image)).warnings
+    (said,) = pipeline.process(pipeline.frame(image)).warnings
     assert said.startswith("10% of the frame is too dark")
-    assert all("compiled its kernels" in one for one in others)
     pipeline = pipeline.with_reference(Reference(reference.astype(np.float32), pipeline.channels))
     assert not pipeline.process(pipeline.frame(image)).warnings
     (said,) = pipeline.process(pipeline.frame(np.zeros_like(image))).warnings[:1]

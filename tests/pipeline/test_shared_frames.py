@@ -56,8 +56,6 @@ def test_stateful_steps_are_named_as_needing_one_worker() -> None:
 class Killed:
     """A processor whose process the operating system kills."""
 
-    compiled = False
-
     def process(self, frame: Frame) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 

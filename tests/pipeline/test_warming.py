@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import gc
-import os
-import subprocess
-import sys
 import threading
 from itertools import pairwise
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from support.live_sensor import profile, send, stream
 from support.mjpeg_server import Exchange, MjpegServer
 
 from tactile_core import ContactMask, Pipeline, open_sensor
-from tactile_core.algorithms import kernels
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.formats.saved_quantities import arrays_of
 from tactile_core.interfaces.reading import Reading
@@ -56,31 +50,12 @@ def test_warming_changes_no_result_and_no_state(unit: VirtualUnit) -> None:
 def test_made_up_frames_show_a_contact_whichever_way_the_lights_come_from(
     unit: VirtualUnit,
 ) -> None:
-    pipeline = Pipeline(unit.profile, unit.bundle, compiled=False)
+    pipeline = Pipeline(unit.profile, unit.bundle)
     assert pipeline.reference is not None
     frames = made_up_frames(pipeline.reference, unit.profile.image.mm_per_px)
     touched = [bool(pipeline.process(frame)[ContactMask].mask.any()) for frame in frames]
     assert any(one and other for one, other in pairwise(touched))
     assert not touched[0]
-
-
-def compiled() -> dict[str, int]:
-    """Return how many versions of each kernel are loaded."""
-    dispatcher = pytest.importorskip("numba.core.dispatcher").Dispatcher
-    found = (one for one in gc.get_objects() if isinstance(one, dispatcher))
-    ours = (one for one in found if "tactile" in one.py_func.__module__)
-    return {f"{one.py_func.__module__}.{one.__name__}": len(one.signatures) for one in ours}
-
-
-def test_a_warm_pipeline_loads_no_kernel_with_its_first_frames(unit: VirtualUnit) -> None:
-    if kernels.load() is None:
-        pytest.skip("the extra 'fast' is not installed")
-    pipeline = Pipeline(unit.profile, unit.bundle)
-    pipeline.warm()
-    before = compiled()
-    for frame in (*unit.frames, *unit.stroke):
-        pipeline.process(frame)
-    assert compiled() == before
 
 
 def test_a_live_sensor_is_warm_before_its_camera_is_opened(
@@ -107,45 +82,7 @@ def test_a_live_sensor_is_warm_before_its_camera_is_opened(
             assert asked.wait(10)
             assert order[0] == "measured"
             assert set(order[order.index("camera") :]) == {"camera"}
-            assert not any("compiled" in one for one in sensor.read().warnings)
-
-
-OPENED = """\
-import sys
-from tactile_core import open_sensor
-with open_sensor(sys.argv[1], bundle=sys.argv[2]) as sensor:
-    print(*sensor.notes, sep="\\n")
-    print("READING", *sensor.read().warnings, sep="\\n")
-"""
-
-
-@pytest.mark.soak
-def test_kernels_of_a_new_installation_are_compiled_before_the_first_reading(
-    tmp_path: Path,
-) -> None:
-    pytest.importorskip("numba")
-    unit = virtual_unit(load_profile("hex_fingertip"))
-    unit.bundle.save(tmp_path / "bundle")
-    image = bytes(cv2.imencode(".png", unit.frames[0].pixels[..., ::-1])[1])
-
-    def answer(exchange: Exchange) -> None:
-        exchange.begin()
-        while not exchange.stopped.wait(0.03):
-            exchange.send_image(image)
-
-    with MjpegServer(answer) as server:
-        path = tmp_path / "live.yaml"
-        path.write_text(f"extends: hex_fingertip\ncamera: {stream(server.url)}\n")
-        done = subprocess.run(
-            [sys.executable, "-c", OPENED, path, tmp_path / "bundle"],
-            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-    notes, _, warnings = done.stdout.partition("READING")
-    assert "compiled its kernels" in notes
-    assert "compiled" not in warnings
+            sensor.read()
 
 
 def test_a_step_that_fails_with_made_up_frames_fails_only_with_real_ones(

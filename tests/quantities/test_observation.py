@@ -57,12 +57,11 @@ def test_the_contrast_of_halves_is_that_of_the_image(diameter_px: float) -> None
     np.testing.assert_array_equal(halved, whole)
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("shape", [(240, 320, 3), (480, 640, 3)])
-def test_the_imprint_in_halves_is_that_in_the_image(shape: tuple[int, ...], compiled: bool) -> None:
+def test_the_imprint_in_halves_is_that_in_the_image(shape: tuple[int, ...]) -> None:
     frame = frame_of(shape)
     markers = 24.0 * np.stack(np.meshgrid(np.arange(1, 12), np.arange(1, 9)), -1).reshape(-1, 2)
-    view = SurfaceView(frame.pixels, markers, 8.0, compiled=compiled)
+    view = SurfaceView(frame.pixels, markers, 8.0)
     whole, _ = view.imprint(frame.pixels, markers + 0.3)
     halved, _ = view.imprint(frame.pixels, markers + 0.3, frame.halves)
     np.testing.assert_allclose(halved, whole, rtol=0, atol=1e-6)

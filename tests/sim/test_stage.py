@@ -15,8 +15,6 @@ from tactile_core.profiles.loader import list_profiles
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.script import Script
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 SCRIPT = """\
 steps:
   - indenter: {kind: sphere, diameter_mm: 5, x_mm: 1.0, y_mm: -0.5}

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import comb
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,38 +23,24 @@ from tactile_core.algorithms.arrays import regression
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
 
 
-class CorrectionParameters(NamedTuple):
-    """Parameters of the correction. Nothing sets them: colours are normalised.
+class CORRECTION:
+    """Parameters of the correction. Nothing sets them: colours are normalised."""
 
-    Attributes
-    ----------
-    colour_order : int, order
-        Order of the polynomial of the colour.
-        Source: as good as 5 on held-out balls of the same frame; no script derives it.
-    curvature_ridge : float, weight per sample
-        Penalty of the curvature of that polynomial.
-        Source: that of ``core.polynomial``.
-    place_order : int, order
-        Order of the polynomials of the position.
-        Source: that of the decoder's normalisation.
-    ridge : float, weight per sample
-        Ridge penalty of the part that depends on the position, with the colour in its standard
-        deviations.
-        Source: chosen by hand; keeps the equations regular.
-    steep_sine : float, sine of the slope angle
-        Steeper pixels count as sloped, in the share that a press has of the image.
-        Source: chosen by hand, above the noise and the apparent tilt of level gel.
-    """
-
-    colour_order: int = 4
-    curvature_ridge: float = 0.01
-    place_order: int = 2
-    ridge: float = 1e-3
-    steep_sine: float = 0.1
-
-
-CORRECTION = CorrectionParameters()
-"""The values in use."""
+    # [order] Order of the polynomial of the colour. Source: as good as 5 on held-out balls of the
+    # same frame.
+    colour_order = 4
+    # [weight per sample] Penalty of the curvature of that polynomial. Source: that of
+    # ``core.polynomial``.
+    curvature_ridge = 0.01
+    # [order] Order of the polynomials of the position. Source: that of the decoder's
+    # normalisation.
+    place_order = 2
+    # [weight per sample] Ridge penalty of the part that depends on the position, with the colour
+    # in its standard deviations. Source: by hand, keeps the equations regular.
+    ridge = 1e-3
+    # [sine of the slope angle] Steeper pixels count as sloped, in the share that a press has of
+    # the image. Source: by hand, above the noise and the apparent tilt of level gel.
+    steep_sine = 0.1
 
 
 @dataclass(frozen=True, eq=False)

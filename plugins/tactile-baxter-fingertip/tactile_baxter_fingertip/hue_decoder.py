@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,53 +34,36 @@ from tactile_core.interfaces.slope_models.model_file import part_from
 Float = NDArray[np.float64]
 PitchFrom = Literal["both", "intensity", "saturation"]
 
+# Rows: two axes of the plane of hue and saturation, and the intensity; orthonormal.
 OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.5
-"""Rows: two axes of the plane of hue and saturation, and the intensity; orthonormal."""
 
 
-class DecoderParameters(NamedTuple):
-    """Parameters of fitting a decoder. Nothing sets them: they are shares of the measured colours.
+class DECODER:
+    """Parameters of fitting a decoder.
 
-    Attributes
-    ----------
-    colour_order : int, order
-        Order of the polynomial in the normal's components that describes the average colour.
-        Source: chosen by hand; no script derives it.
-    normalisation_ridge : float, share of the mean diagonal
-        Ridge penalty of the normalisation matrices.
-        Source: chosen by hand; no script derives it.
-    range_percent : float, percent
-        Percentile of the training colours that the tables span.
-        Source: chosen by hand; no script derives it.
-    range_margin : float, ratio
-        Largest chroma of the tables relative to that percentile.
-        Source: chosen by hand; no script derives it.
-    least_range : float, relative change
-        Smallest span of chroma and of intensity.
-        Source: chosen by hand; avoids a division by zero for constant colours.
-    least_variance : float, squared sine of the pitch
-        Lower limit of the variance of each estimate: grain, and the resolution of the entries.
-        Source: chosen by hand; no script derives it.
-    unchanged_variance : float, squared sine of the pitch
-        Lower limit of the variance of the saturation's estimate. It dominates where the colour has
-        not changed, where the saturation reliably reports a level surface.
-        Source: chosen by hand; no script derives it.
+    Nothing sets them: they are shares of the measured colours.
     """
 
-    colour_order: int = 5
-    normalisation_ridge: float = 1e-2
-    range_percent: float = 99.9
-    range_margin: float = 1.05
-    least_range: float = 1e-3
-    least_variance: float = 2e-4
-    unchanged_variance: float = 1e-6
+    # [order] Order of the polynomial in the normal's components that describes the average
+    # colour.
+    colour_order = 5
+    # [share of the mean diagonal] Ridge penalty of the normalisation matrices.
+    normalisation_ridge = 1e-2
+    range_percent = 99.9  # [percent] Percentile of the training colours that the tables span
+    range_margin = 1.05  # [ratio] Largest chroma of the tables relative to that percentile
+    # [relative change] Smallest span of chroma and of intensity. Source: by hand, avoids a
+    # division by zero for constant colours.
+    least_range = 1e-3
+    # [squared sine of the pitch] Lower limit of the variance of each estimate: grain, and the
+    # resolution of the entries.
+    least_variance = 2e-4
+    # [squared sine of the pitch] Lower limit of the variance of the saturation's estimate. It
+    # dominates where the colour has not changed, where the saturation reliably reports a level
+    # surface.
+    unchanged_variance = 1e-6
 
 
-DECODER = DecoderParameters()
-"""The values in use."""
-
-_NEGLIGIBLE_PRECISION = 1e-9
-"""Precision of an estimate that is switched off: the other one decides."""
+_NEGLIGIBLE_PRECISION = 1e-9  # Precision of an estimate that is switched off: the other one decides
 
 _SHAPES = {
     "evening": (6, 3, 3),

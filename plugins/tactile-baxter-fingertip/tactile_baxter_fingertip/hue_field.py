@@ -19,11 +19,9 @@ from tactile_core.algorithms.photometric import Smoothing, place, relative_chang
 Bool = NDArray[np.bool_]
 Complex64 = NDArray[np.complex64]
 
-SURVEYED_ROWS = 60
-"""Rows of the sparse grid of pixels from which the share of slopes is estimated."""
+SURVEYED_ROWS = 60  # Rows of the sparse grid of pixels from which the share of slopes is estimated
 
-_SIGNED = signed(np.arange(ENTRIES)).astype(np.float32)
-"""Entries of the intensity, from −1 to 1."""
+_SIGNED = signed(np.arange(ENTRIES)).astype(np.float32)  # Entries of the intensity, from −1 to 1
 
 
 class ReferenceLight:

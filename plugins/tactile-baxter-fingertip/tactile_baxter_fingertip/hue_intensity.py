@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, Self
 
 import cv2
 import numpy as np
@@ -31,38 +31,21 @@ from tactile_core.interfaces.slope_models.samples import scale_of, thinned, too_
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 from tactile_core.quantities.on_demand import on_demand
 
-CHANNELS = 3
-"""Hue needs three channels."""
+CHANNELS = 3  # Hue needs three channels
 
 
-class SampleParameters(NamedTuple):
-    """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit.
+class SAMPLES:
+    """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit."""
 
-    Attributes
-    ----------
-    fewest : int, count
-        Sloped pixels that a fit needs at least.
-        Source: chosen by hand; no script derives it.
-    most : int, count
-        Training pixels of all presses together, at most. Dense tables need more than a regression.
-        Source: chosen by hand; no script derives it.
-    surveyed : int, count
-        Calibration frames whose share of sloped pixels is averaged, about.
-        Source: chosen by hand; no script derives it.
-    sloped_share : float, share
-        A press with a smaller share of sloped training pixels has level gel around it.
-        Source: single presses have 0.8, by the share of undeformed pixels
-        (``calibration/presses.py``), and grids 1 but for the tops of balls.
-    """
-
-    fewest: int = 500
-    most: int = 200_000
-    surveyed: int = 5
-    sloped_share: float = 0.95
-
-
-SAMPLES = SampleParameters()
-"""The values in use."""
+    fewest = 500  # [count] Sloped pixels that a fit needs at least
+    # [count] Training pixels of all presses together, at most. Dense tables need more than a
+    # regression.
+    most = 200_000
+    surveyed = 5  # [count] Calibration frames whose share of sloped pixels is averaged, about
+    # [share] A press with a smaller share of sloped training pixels has level gel around it.
+    # Source: single presses have 0.8, by the share of undeformed pixels
+    # (``calibration/presses.py``), and grids 1 but for the tops of balls.
+    sloped_share = 0.95
 
 
 class HueIntensityOptions(Options):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -12,37 +10,23 @@ Float = NDArray[np.float64]
 Float32 = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
-ENTRIES = 256
-"""Entries along each axis: a byte is an index."""
+ENTRIES = 256  # Entries along each axis: a byte is an index
 
 
-class TableParameters(NamedTuple):
-    """Parameters of smoothing a table. Nothing sets them: they adapt to the density of samples.
+class TABLES:
+    """Parameters of smoothing a table. Nothing sets them: they adapt to the density of samples."""
 
-    Attributes
-    ----------
-    cells : int, count
-        Cells along each axis in which samples are counted; each covers two entries.
-        Source: chosen by hand; no script derives it.
-    spreads_cells : tuple of float, cells
-        Standard deviations of the averaging kernel, from narrow to wide.
-        Source: chosen by hand, each twice the one before.
-    enough_samples : float, samples of mean weight
-        An entry takes the narrowest kernel that covers more samples than this.
-        Source: chosen by hand; no script derives it.
-    border_cells : int, cells
-        Padding of the tables before filtering.
-        Source: chosen by hand; a little over two standard deviations of the widest kernel.
-    """
-
-    cells: int = 128
+    # [count] Cells along each axis in which samples are counted; each covers two entries.
+    cells = 128
+    # [cells] Standard deviations of the averaging kernel, from narrow to wide. Source: by hand,
+    # each twice the one before.
     spreads_cells: tuple[float, ...] = (1.3, 2.6, 5.2, 10.4, 20.8)
-    enough_samples: float = 3.0
-    border_cells: int = 48
-
-
-TABLES = TableParameters()
-"""The values in use."""
+    # [samples of mean weight] An entry takes the narrowest kernel that covers more samples than
+    # this.
+    enough_samples = 3.0
+    # [cells] Padding of the tables before filtering. Source: by hand, a little over two standard
+    # deviations of the widest kernel.
+    border_cells = 48
 
 
 def smooth_table(

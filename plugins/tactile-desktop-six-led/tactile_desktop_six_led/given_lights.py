@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,53 +15,33 @@ from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 
-class RobustNormalParameters(NamedTuple):
-    """Parameters of robust photometric stereo. Nothing sets them: intensities are relative.
+class NORMALS:
+    """Parameters of robust photometric stereo. Nothing sets them: intensities are relative."""
 
-    Attributes
-    ----------
-    rounds : int, count
-        Iterations of reweighted least squares.
-        Source: chosen by hand; no script derives it.
-    tolerance : float, share of the mean intensity
-        Residual of a light at which its weight is one half.
-        Source: chosen by hand; no script derives it.
-    block_px : int, count
-        Pixels that are solved together.
-        Source: chosen by hand; limits memory and changes no result.
-    lights_to_drop_extremes : int, count
-        With at least this many lights, the first solution leaves out the darkest and the brightest
-        light of each pixel.
-        Source: mathematics; three lights have to remain.
-    dropped_weight : float, weight
-        Weight of a light that the first solution leaves out.
-        Source: chosen by hand; keeps the equations regular.
-    steepest : float, slope
-        Steeper slopes are limited to this one.
-        Source: chosen by hand; normals at right angles to the camera have no finite slope.
-    least_facing : float, z of the unit normal
-        Lower limit of the denominator of a slope.
-        Source: chosen by hand; avoids a division by zero.
-    darkest_level : float, share of full scale
-        Lower limit of the reference in the quotient of frame and reference.
-        Source: chosen by hand; avoids a division by zero.
-    """
-
-    rounds: int = 12
-    tolerance: float = 0.03
-    block_px: int = 1 << 14
-    lights_to_drop_extremes: int = 5
-    dropped_weight: float = 1e-6
-    steepest: float = 5.0
-    least_facing: float = 1e-3
-    darkest_level: float = 1e-3
+    rounds = 12  # [count] Iterations of reweighted least squares
+    # [share of the mean intensity] Residual of a light at which its weight is one half.
+    tolerance = 0.03
+    # [count] Pixels that are solved together. Source: by hand, limits memory and changes no
+    # result.
+    block_px = 1 << 14
+    # [count] With at least this many lights, the first solution leaves out the darkest and the
+    # brightest light of each pixel. Source: mathematics; three lights have to remain.
+    lights_to_drop_extremes = 5
+    # [weight] Weight of a light that the first solution leaves out. Source: by hand, keeps the
+    # equations regular.
+    dropped_weight = 1e-6
+    # [slope] Steeper slopes are limited to this one. Source: by hand, normals at right angles to
+    # the camera have no finite slope.
+    steepest = 5.0
+    # [z of the unit normal] Lower limit of the denominator of a slope. Source: by hand, avoids a
+    # division by zero.
+    least_facing = 1e-3
+    # [share of full scale] Lower limit of the reference in the quotient of frame and reference.
+    # Source: by hand, avoids a division by zero.
+    darkest_level = 1e-3
 
 
-NORMALS = RobustNormalParameters()
-"""The values in use."""
-
-_TINY = 1e-9
-"""Keeps denominators and equations regular."""
+_TINY = 1e-9  # Keeps denominators and equations regular
 
 _FILE = "directions.npz"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,43 +12,26 @@ from tactile_desktop_six_led.redundancy import Redundancy
 Float32 = NDArray[np.float32]
 
 
-class DriftParameters(NamedTuple):
-    """Parameters of drift estimation. Nothing sets them; responses are relative to the reference.
+class DRIFT:
+    """Parameters of drift estimation.
 
-    Attributes
-    ----------
-    largest_change : float, relative change of the linear response
-        Larger changes are not drift and are limited to this one.
-        Source: as for the drift of the other models (ADR 10).
-    least_sine, largest_sine : float, sine of the slope angle
-        Pixels with slopes in between are used. On level gel a brighter light is indistinguishable
-        from a tilt; steep slopes are in shadow.
-        Source: chosen by hand; no script derives it.
-    structure_order : int, order
-        Order of the polynomial of the residual at calibration.
-        Source: chosen by hand; no script derives it.
-    prior : float, weight
-        Ridge penalty of the change of each light.
-        Source: chosen by hand; no script derives it.
-    prior_samples : float, count
-        Added to the number of pixels, so that few pixels cause small corrections.
-        Source: chosen by hand; no script derives it.
-    common_prior : float, weight
-        Penalty of a change that all lights have in common, which does not affect the normal.
-        Source: chosen by hand; no script derives it.
+    Nothing sets them; responses are relative to the reference.
     """
 
-    largest_change: float = 0.1
-    least_sine: float = 0.4
-    largest_sine: float = 0.8
-    structure_order: int = 3
-    prior: float = 8e-2
+    # [relative change of the linear response] Larger changes are not drift and are limited to
+    # this one. Source: as for the drift of the other models (ADR 10).
+    largest_change = 0.1
+    # [sine of the slope angle] Pixels with slopes in between are used. On level gel a brighter
+    # light is indistinguishable from a tilt; steep slopes are in shadow.
+    least_sine = 0.4
+    largest_sine = 0.8
+    structure_order = 3  # [order] Order of the polynomial of the residual at calibration
+    prior = 8e-2  # [weight] Ridge penalty of the change of each light
+    # [count] Added to the number of pixels, so that few pixels cause small corrections.
     prior_samples: float = 50
-    common_prior: float = 10.0
-
-
-DRIFT = DriftParameters()
-"""The values in use."""
+    # [weight] Penalty of a change that all lights have in common, which does not affect the
+    # normal.
+    common_prior = 10.0
 
 
 @dataclass(frozen=True, eq=False)

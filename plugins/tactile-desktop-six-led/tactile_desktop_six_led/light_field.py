@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,21 +12,12 @@ from tactile_core.algorithms.arrays import regression
 Float32 = NDArray[np.float32]
 
 
-class LightFieldParameters(NamedTuple):
-    """Parameters of the light field. Nothing sets them from outside.
+class LIGHT_FIELD:
+    """Parameters of the light field. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_ratio : float, ratio to the reference
-        Smaller ratios are raised to this one, as dark noise dominates them.
-        Source: chosen by hand; no script derives it.
-    """
-
-    least_ratio: float = 0.01
-
-
-LIGHT_FIELD = LightFieldParameters()
-"""The values in use."""
+    # [ratio to the reference] Smaller ratios are raised to this one, as dark noise dominates
+    # them.
+    least_ratio = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +76,3 @@ class LightField:
         across = self.across.transpose(0, 2, 1) @ terms
         facing = self.facing.T @ terms[: len(self.facing)]
         return np.asarray(np.concatenate([across, facing[None]]), np.float32)
-
-    def along_columns(self, x: Float32) -> Float32:
-        """Return M at (W,) positions x, as (K, 3, 3, W) coefficients of 1, y and y²."""
-        one, zero = np.ones_like(x), np.zeros_like(x)
-        terms = np.array([[one, x, zero, x * x, zero, zero], [zero, zero, one, zero, x, zero]])
-        terms = np.concatenate([terms, np.zeros_like(terms[:1])])
-        terms[2, 5] = one
-        facing = np.concatenate([self.facing, np.zeros_like(self.facing)])
-        both = np.concatenate([self.across, facing[None]])
-        powers = np.einsum("jtk,ptw->kjpw", both, terms)
-        return np.ascontiguousarray(powers, np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,59 +15,37 @@ Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
 
-class LightFitParameters(NamedTuple):
+class LIGHT_FIT:
     """Parameters of the fit. Nothing sets them: features and targets are dimensionless.
-
-    Attributes
-    ----------
-    samples : int, count
-        Pixels that are drawn from the training samples.
-        Source: chosen by hand; no script derives it.
-    gain_sigma : float, ratio
-        Standard deviation of a common gain that is applied to a copy of each pixel, so that the fit
-        does not depend on the albedo.
-        Source: chosen by hand; no script derives it. See ADR 15.
-    first_rounds, rounds : int, count
-        Evaluations of the objective, at most, before and after the noise is known.
-        Source: chosen by hand; no script derives it.
-    huber_sigmas : float, standard deviations of the noise
-        Larger errors count by their root (Huber's loss).
-        Source: 95 % efficiency under Gaussian noise [1]_.
-    least_huber : float, distance of normal_xy
-        Lower limit of the same, for data without noise.
-        Source: the slope of one grey level on recordings; no script derives it.
-    ridge : float, weight
-        Penalty of the light field's distance from its start.
-        Source: chosen by hand; no script derives it.
-    exponent_ridge : float, weight
-        The same for exponents. It is stronger, for exponents and directions are correlated over the
-        slopes of a ball.
-        Source: chosen by hand (ADR 15); no script derives it.
-    start_ridge : float, weight per sample
-        Ridge penalty of the linear start.
-        Source: chosen by hand; keeps the equations regular.
 
     References
     ----------
     .. [1] P. J. Huber and E. M. Ronchetti, "Robust Statistics", Wiley, 2009.
     """
 
-    samples: int = 3_000
-    gain_sigma: float = 0.03
-    first_rounds: int = 4
-    rounds: int = 12
-    huber_sigmas: float = 1.345
-    least_huber: float = 0.005
-    ridge: float = 0.03
-    exponent_ridge: float = 1.0
-    start_ridge: float = 1e-4
+    samples = 3_000  # [count] Pixels that are drawn from the training samples
+    # [ratio] Standard deviation of a common gain that is applied to a copy of each pixel, so that
+    # the fit does not depend on the albedo. Source: by hand, no script derives it. See ADR 15.
+    gain_sigma = 0.03
+    # [count] Evaluations of the objective, at most, before and after the noise is known.
+    first_rounds = 4
+    rounds = 12
+    # [standard deviations of the noise] Larger errors count by their root (Huber's loss). Source:
+    # 95 % efficiency under Gaussian noise [1]_.
+    huber_sigmas = 1.345
+    # [distance of normal_xy] Lower limit of the same, for data without noise. Source: the slope
+    # of one grey level on recordings.
+    least_huber = 0.005
+    ridge = 0.03  # [weight] Penalty of the light field's distance from its start
+    # [weight] The same for exponents. It is stronger, for exponents and directions are correlated
+    # over the slopes of a ball. Source: by hand, (ADR 15).
+    exponent_ridge = 1.0
+    # [weight per sample] Ridge penalty of the linear start. Source: by hand, keeps the equations
+    # regular.
+    start_ridge = 1e-4
 
 
-LIGHT_FIT = LightFitParameters()
-"""The values in use."""
-
-_PER_MEDIAN = 1.4826
-"""Standard deviation over the median of the absolute value, of Gaussian noise."""
+_PER_MEDIAN = 1.4826  # Standard deviation over the median of the absolute value, of Gaussian noise
 
 
 def fit_light_field(

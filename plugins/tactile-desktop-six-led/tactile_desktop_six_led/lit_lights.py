@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,53 +13,36 @@ from tactile_core.algorithms.arrays import regression
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
-_NORMAL = 3
-"""Unknowns of a normal times an albedo: the fewest lights that determine it."""
+_NORMAL = 3  # Unknowns of a normal times an albedo: the fewest lights that determine it
 
 
-class LitLightsParameters(NamedTuple):
-    """Parameters of the lit lights. Nothing sets them: they are relative.
+class LIT_LIGHTS:
+    """Parameters of the lit lights. Nothing sets them: they are relative."""
 
-    Attributes
-    ----------
-    most_dark : int, count
-        The darkest lights, at most so many, are left out.
-        Source: half of six lights around the gel are behind a steep wall.
-    floor_quantile : float, share
-        Share of the calibration pixels whose response to a light is below its floor.
-        Source: above single pixels of noise; no script derives it.
-    dark_share : float, share
-        A light is dark if its response is within this share of the range from the floor to the
-        undeformed gel. Source: width of the half-shadow on virtual units; 0.1 to 0.25 are alike.
-    shaded_share : float, ratio
-        Slopes below this share of those at which half of the calibration pixels have turned away
-        from a light are too gentle to turn away. Source: noise and the width of the half-shadow on
-        virtual units; 0.6 to 0.75 are alike.
-    ridge : float, weight per sample
-        Ridge penalty. Source: keeps the equations regular.
-    bins : int, count
-        Levels of steepness at which the model may take over.
-        Source: chosen by hand; finer than what the result depends on.
-    least_gain : float, share
-        The model takes over only if that lowers the error by so much.
-        Source: chosen by hand; less is chance.
-    ramp : float, ratio
-        The model takes over entirely where slopes are steeper by this ratio.
-        Source: chosen by hand; avoids a step in the slopes.
-    """
-
-    most_dark: int = 3
-    floor_quantile: float = 0.005
-    dark_share: float = 0.15
-    shaded_share: float = 0.7
-    ridge: float = 1e-4
-    bins: int = 20
-    least_gain: float = 0.01
-    ramp: float = 1.1
-
-
-LIT_LIGHTS = LitLightsParameters()
-"""The values in use."""
+    # [count] The darkest lights, at most so many, are left out. Source: half of six lights around
+    # the gel are behind a steep wall.
+    most_dark = 3
+    # [share] Share of the calibration pixels whose response to a light is below its floor.
+    # Source: above single pixels of noise.
+    floor_quantile = 0.005
+    # [share] A light is dark if its response is within this share of the range from the floor to
+    # the undeformed gel. Source: width of the half-shadow on virtual units; 0.1 to 0.25 are
+    # alike.
+    dark_share = 0.15
+    # [ratio] Slopes below this share of those at which half of the calibration pixels have turned
+    # away from a light are too gentle to turn away. Source: noise and the width of the
+    # half-shadow on virtual units; 0.6 to 0.75 are alike.
+    shaded_share = 0.7
+    ridge = 1e-4  # [weight per sample] Ridge penalty. Source: keeps the equations regular.
+    # [count] Levels of steepness at which the model may take over. Source: by hand, finer than
+    # what the result depends on.
+    bins = 20
+    # [share] The model takes over only if that lowers the error by so much. Source: by hand, less
+    # is chance.
+    least_gain = 0.01
+    # [ratio] The model takes over entirely where slopes are steeper by this ratio. Source: by
+    # hand, avoids a step in the slopes.
+    ramp = 1.1
 
 
 @dataclass(frozen=True, eq=False)

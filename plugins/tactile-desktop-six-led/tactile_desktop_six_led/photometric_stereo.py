@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, Self
 
 import cv2
 import numpy as np
@@ -40,25 +40,14 @@ from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
-FEWEST_LIGHTS = 3
-"""A normal times an albedo has three unknowns."""
+FEWEST_LIGHTS = 3  # A normal times an albedo has three unknowns
 
 
-class StereoParameters(NamedTuple):
-    """Parameters of calibrating photometric stereo. Nothing sets them from outside.
+class STEREO:
+    """Parameters of calibrating photometric stereo. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    drift_frames : int, count
-        Calibration frames from which the zero of the drift is estimated, about.
-        Source: chosen by hand; no script derives it.
-    """
-
-    drift_frames: int = 5
-
-
-STEREO = StereoParameters()
-"""The values in use."""
+    # [count] Calibration frames from which the zero of the drift is estimated, about.
+    drift_frames = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,22 +105,11 @@ class PhotometricStereo(Calibration):
     compensation: ClassVar[Compensation] = "none"
 
     def __init__(
-        self,
-        model: StereoModel,
-        shape: ImageShape,
-        blur_px: float,
-        light_blur_px: float,
-        *,
-        compiled: bool = False,
+        self, model: StereoModel, shape: ImageShape, blur_px: float, light_blur_px: float
     ) -> None:
-        self._model, self._shape, self._compiled = model, shape, compiled
+        self._model, self._shape = model, shape
         self._blur_px, self._light_blur_px = blur_px, light_blur_px
         self._field = ForReference(self.field)
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the model with or without compiled loops."""
-        blurs_px = self._blur_px, self._light_blur_px
-        return type(self)(self._model, self._shape, *blurs_px, compiled=compiled)
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Return the slopes of one frame.
@@ -165,7 +143,6 @@ class PhotometricStereo(Calibration):
             reference.marker_mask,
             full_scale=reference.full_scale,
             blur_px=self._blur_px,
-            compiled=self._compiled,
         )
 
     def save(self, directory: Path) -> None:

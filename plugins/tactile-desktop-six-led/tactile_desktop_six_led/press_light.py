@@ -11,8 +11,7 @@ from tactile_core.algorithms.arrays import regression
 
 Float32 = NDArray[np.float32]
 
-ORDER = 2
-"""Order of the change in the position, that of the light field."""
+ORDER = 2  # Order of the change in the position, that of the light field
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,18 +37,6 @@ class PressLight:
     def strength(self, steep_share: float) -> np.float32:
         """Return the share of the tilt, 0 to 1, in a frame with this share of sloped pixels."""
         return np.float32(min(1.0, steep_share / self.steep_share) if self.steep_share else 0.0)
-
-    def along_columns(self, x: Float32) -> Float32:
-        """Return the full tilt at (W,) positions x, as (2, 3, W) coefficients of 1, y and y²."""
-        one, zero = np.ones_like(x), np.zeros_like(x)
-        powers = np.array(
-            [
-                [one, x, zero, x * x, zero, zero],
-                [zero, zero, one, zero, x, zero],
-                5 * [zero] + [one],
-            ]
-        )
-        return np.asarray(np.einsum("jt,ptw->jpw", self.tilt, powers), np.float32)
 
     def over(self, position: Float32) -> Float32:
         """Return the full tilt (2, N) at (N, 2) positions."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,36 +12,22 @@ from numpy.typing import NDArray
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
-_NORMAL = 3
-"""Unknowns of a normal times an albedo; further lights are redundant."""
+_NORMAL = 3  # Unknowns of a normal times an albedo; further lights are redundant
 
-_TINY = 1e-6
-"""Keeps a denominator regular."""
+_TINY = 1e-6  # Keeps a denominator regular
 
 
-class RedundancyParameters(NamedTuple):
-    """Parameters of fitting the redundancy. Nothing sets them: they are relative to the residual.
+class REDUNDANCY:
+    """Parameters of fitting the redundancy.
 
-    Attributes
-    ----------
-    rounds : int, count
-        Fits, each to the consistent pixels of the one before.
-        Source: chosen by hand; no script derives it.
-    consistent_share : float, share
-        Share of the training pixels with the smallest residuals that count as consistent.
-        Source: chosen by hand; no script derives it.
-    tolerance_ratio : float, ratio
-        Tolerance relative to the largest residual of the consistent pixels.
-        Source: chosen by hand; no script derives it.
+    Nothing sets them: they are relative to the residual.
     """
 
-    rounds: int = 5
-    consistent_share: float = 0.8
-    tolerance_ratio: float = 3.0
-
-
-REDUNDANCY = RedundancyParameters()
-"""The values in use."""
+    rounds = 5  # [count] Fits, each to the consistent pixels of the one before
+    # [share] Share of the training pixels with the smallest residuals that count as consistent.
+    consistent_share = 0.8
+    # [ratio] Tolerance relative to the largest residual of the consistent pixels.
+    tolerance_ratio = 3.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import place
@@ -25,30 +24,19 @@ Bool = NDArray[np.bool_]
 UInt8 = NDArray[np.uint8]
 
 
-class StereoFieldParameters(NamedTuple):
-    """Parameters of measuring entire images. Nothing sets them from outside.
+class STEREO_FIELD:
+    """Parameters of measuring entire images. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_facing : float, ratio to the undeformed surface
-        Lower limit of the unnormalised normal's component towards the camera, 1 on undeformed gel.
-        Smaller values would give unbounded slopes.
-        Source: chosen by hand; no script derives it.
-    steep_sine : float, sine of the slope angle
-        Steeper pixels count as sloped, in the share that a press has of the image.
-        Source: chosen by hand, above the noise and the apparent tilt of level gel.
-    drift_rows : int, count
-        Rows of the sparse grid of pixels from which drift is estimated.
-        Source: chosen by hand; limits the time per frame.
-    """
+    # [ratio to the undeformed surface] Lower limit of the unnormalised normal's component towards
+    # the camera, 1 on undeformed gel. Smaller values would give unbounded slopes.
+    least_facing = 0.2
+    # [sine of the slope angle] Steeper pixels count as sloped, in the share that a press has of
+    # the image. Source: by hand, above the noise and the apparent tilt of level gel.
+    steep_sine = 0.1
+    # [count] Rows of the sparse grid of pixels from which drift is estimated. Source: by hand,
+    # limits the time per frame.
+    drift_rows = 60
 
-    least_facing: float = 0.2
-    steep_sine: float = 0.1
-    drift_rows: int = 60
-
-
-STEREO_FIELD = StereoFieldParameters()
-"""The values in use."""
 
 _LEAST_FACING = np.float32(STEREO_FIELD.least_facing)
 _LEVELS = np.arange(256, dtype=np.float32)
@@ -70,8 +58,6 @@ class StereoField:
         Markers of the reference.
     full_scale, blur_px : float
         Largest intensity; standard deviation of the smoothing.
-    compiled : bool
-        Whether to use compiled loops.
     """
 
     def __init__(
@@ -86,9 +72,7 @@ class StereoField:
         *,
         full_scale: float,
         blur_px: float,
-        compiled: bool = False,
     ) -> None:
-        self._compiled = compiled
         self._field, self._redundancy, self._drift = field, redundancy, drift
         self._press_light, self._lit_lights = press_light, lit_lights
         self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marker_mask, blur_px)
@@ -104,10 +88,6 @@ class StereoField:
         self._tilt = press_light.over(self._place).reshape(2, height, width)
         step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
-        positions = self._place.reshape(height, width, 2)
-        x = positions[0, :, 0]
-        self._columns = positions[:, 0, 1].copy(), field.along_columns(x)
-        self._tilt_columns = press_light.along_columns(x)
         dark_ratio = (1 + lit_lights.dark_below) ** (1 / field.exponents)
         self._dark_levels = dark_ratio[:, None, None] * base
         self._least_level = np.float32(LIGHT_FIELD.least_ratio * full_scale)
@@ -178,8 +158,6 @@ class StereoField:
         self, planes: list[NDArray[Any]], gains: Float32, strength: np.float32, slopes: Float32
     ) -> tuple[NDArray[np.intp], Float32]:
         """Write (2, H, W) slopes; return indices and responses of inconsistent pixels."""
-        if kernels.chosen(self._compiled) is not None and planes[0].dtype == np.uint8:
-            return self._solve_compiled(planes, gains, strength, slopes)
         shape = self._undeformed.shape
         with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:
             self._respond(planes, gains, self._undeformed, response)
@@ -194,22 +172,6 @@ class StereoField:
             flat = response.reshape(len(response), -1)
             outliers = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
             return outliers, flat[:, outliers]
-
-    def _solve_compiled(
-        self, planes: list[NDArray[Any]], gains: Float32, strength: np.float32, slopes: Float32
-    ) -> tuple[NDArray[np.intp], Float32]:
-        from tactile_desktop_six_led.kernels import solve
-
-        redundancy = self._redundancy.combinations, self._redundancy.tolerance
-        tables = self._tables(gains)
-        with borrowed(self._undeformed.shape, np.uint8) as stacked:
-            np.stack(planes, out=stacked)
-            with borrowed(slopes.shape[1:], np.bool_) as inconsistent:
-                inputs = stacked, tables, self._undeformed, self._columns, redundancy
-                tilt = strength * self._tilt_columns
-                solve(*inputs, tilt, _LEAST_FACING, slopes, inconsistent)
-                outliers = np.flatnonzero(inconsistent)
-        return outliers, self._responses_at(outliers, planes, gains)
 
     def _correct(
         self,
@@ -273,7 +235,7 @@ class StereoField:
         self, planes: list[NDArray[Any]], gains: Float32, undeformed: Float32, out: Float32
     ) -> None:
         """Write (K, H, W) linear responses relative to the undeformed gel surface."""
-        tables = self._tables(gains)
+        tables = self._power(_LEVELS / gains[:, None], self._field.exponents[:, None])
         for k, (plane, response) in enumerate(zip(planes, out, strict=True)):
             if plane.dtype == np.uint8:
                 cv2.LUT(plane, tables[k], dst=response)
@@ -281,10 +243,6 @@ class StereoField:
                 response[...] = self._power(plane / gains[k], self._field.exponents[k])
         np.multiply(out, undeformed, out=out)
         np.subtract(out, np.float32(1), out=out)
-
-    def _tables(self, gains: Float32) -> Float32:
-        """Return (K, 256) linear responses of all grey levels, corrected for each light's gain."""
-        return self._power(_LEVELS / gains[:, None], self._field.exponents[:, None])
 
     def _power(self, level: NDArray[Any], exponent: Any) -> Float32:
         return np.asarray(np.maximum(level, self._least_level) ** exponent, np.float32)

@@ -1,8 +1,4 @@
-import pytest
-
 from tactile_core.testing import PluginConformance
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 
 class TestDesktopSixLed(PluginConformance):

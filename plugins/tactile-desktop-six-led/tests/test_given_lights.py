@@ -17,8 +17,6 @@ from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, light_directions, robust_normals
 from tactile_desktop_six_led.photometric_stereo import PhotometricCalibrator, StereoOptions
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 AZIMUTHS = [-90.0, -150.0, 150.0, 90.0, 30.0, -30.0]
 LIGHTS = light_directions(AZIMUTHS, [60.0] * 6)
 

@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 from support.gains import MOST, gains
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.normal_xy import to_gradient
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
@@ -24,8 +23,6 @@ from tactile_desktop_six_led.photometric_stereo import (
     StereoOptions,
 )
 from tactile_desktop_six_led.redundancy import fit_redundancy
-
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
 
 SHAPE = (120, 160)
 
@@ -113,7 +110,7 @@ def rig() -> Rig:
 
 
 @pytest.fixture(scope="module")
-def fitted(rig: Rig, kernels_or_numpy: str) -> PhotometricStereo:
+def fitted(rig: Rig) -> PhotometricStereo:
     return fit(rig.presses(), rig.reference())
 
 
@@ -323,26 +320,6 @@ def test_the_change_of_light_by_a_press_tilts_no_gel(rig: Rig, fitted: Photometr
     level = changed.measure(rig.frame(np.zeros((*SHAPE, 2))), rig.reference())
     # rounding to grey levels averages out, a tilt does not
     assert max(np.abs(cv2.blur(plane, (31, 31))).max() for plane in (level.x, level.y)) < 1e-3
-
-
-@pytest.mark.skipif(kernels.load() is None, reason="numba is not installed, or TACTILE_FAST is 0")
-@pytest.mark.parametrize("shadowed", [False, True])
-def test_the_compiled_kernel_gives_what_numpy_gives(
-    rig: Rig, fitted: PhotometricStereo, shadowed: bool
-) -> None:
-    slopes, _ = ball(SPOT)
-    frame = rig.frame(slopes)
-    if shadowed:
-        pixels = frame.pixels.copy()
-        pixels[30:60, 40:80, 2] //= 3
-        frame = replace(frame, pixels=pixels)
-    fast, plain = (
-        fitted.prepared(compiled=compiled).measure(frame, rig.reference())
-        for compiled in (True, False)
-    )
-    np.testing.assert_allclose(fast.x, plain.x, atol=1e-5)
-    np.testing.assert_allclose(fast.y, plain.y, atol=1e-5)
-    np.testing.assert_array_equal(fast.valid, plain.valid)
 
 
 def test_the_grain_of_the_reference_does_not_add_to_that_of_a_press(rig: Rig) -> None:

@@ -16,15 +16,6 @@ def test_the_tilt_is_proportional_to_the_slopes_in_view_and_at_most_that_of_the_
     assert PressLight(light.tilt, steep_share=0.0).strength(0.1) == 0
 
 
-def test_coefficients_along_columns_give_the_tilt_of_each_pixel() -> None:
-    rng = np.random.default_rng(0)
-    light = PressLight(rng.normal(size=(2, 6)).astype(np.float32), 0.1)
-    x, y = rng.uniform(-1, 1, (2, 20)).astype(np.float32)
-    powers = np.stack([np.ones_like(y), y, y**2])
-    columns = np.einsum("jpw,pw->jw", light.along_columns(x), powers)
-    np.testing.assert_allclose(columns, light.over(np.stack([x, y], 1)), atol=1e-5)
-
-
 def test_the_tilt_is_a_quadratic_of_the_position() -> None:
     tilt = np.zeros((2, 6), np.float32)
     tilt[0, :3] = 1, 2, 3

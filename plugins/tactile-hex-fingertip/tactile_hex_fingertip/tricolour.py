@@ -17,8 +17,8 @@ from pydantic import BaseModel, Field, model_validator
 from tactile_core.interfaces.constant_light import ConstantIllumination, ConstantLightOptions
 from tactile_core.interfaces.device import Options
 
+# Tilt of the LED arrays relative to the gel surface, in degrees; Yuan et al. 2017, section 4.2.
 ARRAY_TILT_DEG = 71.0
-"""Tilt of the LED arrays relative to the gel surface, in degrees; Yuan et al. 2017, section 4.2."""
 
 
 class ColourArray(ConstantLightOptions):

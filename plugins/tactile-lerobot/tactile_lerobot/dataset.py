@@ -26,10 +26,8 @@ from tactile_lerobot.rows import Picture, Row, RowFile
 from tactile_lerobot.statistics import Statistics, components, image_components
 
 _IMAGE_TYPE = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
-_GROUP_BYTES = 1 << 25
-"""Size of the groups of rows in which frames are written, bytes."""
-_NOMINAL_FPS = 30
-"""Rate of a data set of a single frame, Hz."""
+_GROUP_BYTES = 1 << 25  # Size of the groups of rows in which frames are written, bytes
+_NOMINAL_FPS = 30  # Rate of a data set of a single frame, Hz
 
 
 class DatasetOptions(Options):

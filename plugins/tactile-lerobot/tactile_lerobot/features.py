@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 
-MOST_AXES = 5
-"""Axes of the largest array that a data set can hold."""
+MOST_AXES = 5  # Axes of the largest array that a data set can hold
 
 
 @dataclass

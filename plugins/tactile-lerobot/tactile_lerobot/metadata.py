@@ -9,8 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-VERSION = "v3.0"
-"""Version of the format."""
+VERSION = "v3.0"  # Version of the format
 
 DATA = "data/chunk-000/file-000.parquet"
 EPISODES = "meta/episodes/chunk-000/file-000.parquet"
@@ -18,9 +17,10 @@ TASKS = "meta/tasks.parquet"
 INFO, STATISTICS = "meta/info.json", "meta/stats.json"
 
 _DATA_PATTERN = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+# What LeRobot itself writes: files in a folder, and the sizes at which a new file begins.
 _CHUNK_FILES, _DATA_MB, _VIDEO_MB = 1000, 100, 200
-"""What LeRobot itself writes: files in a folder, and the sizes at which a new file begins."""
 
+# Columns that every data set has, with their types.
 INDICES = {
     "timestamp": "float32",
     "frame_index": "int64",
@@ -28,7 +28,6 @@ INDICES = {
     "index": "int64",
     "task_index": "int64",
 }
-"""Columns that every data set has, with their types."""
 
 
 def info_of(frames: int, fps: int, features: dict[str, Any], sensor: str) -> dict[str, Any]:

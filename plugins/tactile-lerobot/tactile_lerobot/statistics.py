@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+# Names and values of the quantiles.
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
-"""Names and values of the quantiles."""
 
-_SAMPLES_EACH = 512
-"""Values of a component in one row from which quantiles are estimated."""
+_SAMPLES_EACH = 512  # Values of a component in one row from which quantiles are estimated
 
 
 class Statistics:

@@ -30,8 +30,7 @@ from tactile_rosbag.wrenches import wrench_of
 
 _NOT_A_NAME = re.compile(r"[^A-Za-z0-9_]")
 _NEW_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
-_BAG_VERSION: Final = 9
-"""Version of the bag's metadata, of ROS 2 Jazzy."""
+_BAG_VERSION: Final = 9  # Version of the bag's metadata, of ROS 2 Jazzy
 
 
 class BagOptions(Options):

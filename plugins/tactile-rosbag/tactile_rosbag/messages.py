@@ -17,10 +17,8 @@ from tactile_rosbag.si_units import si_unit
 from tactile_rosbag.wrenches import RosWrench
 
 _NS = 1_000_000_000
-_FLOAT32 = 7
-"""``sensor_msgs/PointField.FLOAT32``."""
-_BIGGEST_CHANNELS = 4
-"""Largest number of components of a pixel in an image of floats."""
+_FLOAT32 = 7  # `sensor_msgs/PointField.FLOAT32`
+_BIGGEST_CHANNELS = 4  # Largest number of components of a pixel in an image of floats
 
 
 @cache

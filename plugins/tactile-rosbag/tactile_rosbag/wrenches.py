@@ -9,8 +9,8 @@ from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_rosbag.si_units import si_unit
 
+# Names of the components of a wrench, with or without their unit.
 _COMPONENT = re.compile(r"([ft][xyz])(?:_n|_nmm|_nm)?")
-"""Names of the components of a wrench, with or without their unit."""
 
 
 class RosWrench(NamedTuple):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,21 +10,12 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool
 
 
-class FillingParameters(NamedTuple):
-    """Parameters of filling. Nothing sets them from outside: they depend on no image.
+class FILLING:
+    """Parameters of filling. Nothing sets them from outside: they depend on no image."""
 
-    Attributes
-    ----------
-    least_share : float, share of a pixel
-        A pixel of a coarser image is known if more than this of its area is.
-        Source: chosen by hand, just above rounding; no script derives it.
-    """
-
-    least_share: float = 1e-3
-
-
-FILLING = FillingParameters()
-"""The values in use."""
+    # [share of a pixel] A pixel of a coarser image is known if more than this of its area is.
+    # Source: by hand, just above rounding.
+    least_share = 1e-3
 
 
 def filled(image: Array, known: Bool) -> Array:

@@ -6,8 +6,8 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32
 
+# Lagrange's cubic at a quarter of the way from the second to the third of four values.
 _WEIGHTS = np.array([-7, 105, 35, -5], np.float32) / 128
-"""Lagrange's cubic at a quarter of the way from the second to the third of four values."""
 
 
 def refined(cells: Float32) -> Float32:

@@ -17,11 +17,9 @@ from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
 
-_PLANE = 1e-3
-"""Weight of planes in a penalty of curvature: keeps the equations regular."""
+_PLANE = 1e-3  # Weight of planes in a penalty of curvature: keeps the equations regular
 
-_HIGHEST_ORDER = 8
-"""Higher orders in a file are refused: no model has them."""
+_HIGHEST_ORDER = 8  # Higher orders in a file are refused: no model has them
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,11 +16,9 @@ from numpy.typing import DTypeLike, NDArray
 
 from tactile_core.algorithms.arrays.types import Array
 
-_MOST_KEPT = 12
-"""Blocks that a thread keeps; no step borrows as many at a time."""
+_MOST_KEPT = 12  # Blocks that a thread keeps; no step borrows as many at a time
 
-_LARGEST_RATIO = 2
-"""A block is reused only for arrays of at least half its size."""
+_LARGEST_RATIO = 2  # A block is reused only for arrays of at least half its size
 
 
 class _Blocks(threading.local):

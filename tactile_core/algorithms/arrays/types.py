@@ -1,4 +1,4 @@
-"""Array types by dtype; docstrings state the shapes."""
+"""Array types by dtype, whose shapes the docstrings state, and the smallest denominator."""
 
 from __future__ import annotations
 
@@ -14,3 +14,5 @@ Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Intp = NDArray[np.intp]
 UInt8 = NDArray[np.uint8]
+
+TINY = 1e-12  # Added to denominators against division by zero

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,46 +13,31 @@ from tactile_core.algorithms.circles.profile import radial_profile
 from tactile_core.algorithms.circles.shape import BALL, Shape
 
 
-class BorderParameters(NamedTuple):
+class BORDER:
     """Parameters of the search for the contact radius.
 
     Nothing sets them from outside: they are relative to the slope or the radius of the ball.
-
-    Attributes
-    ----------
-    level : float, ratio
-        Slope at the border, over that of the ball. Without smoothing it would be 1.
-        Source: the profile around a ball on a half-space [1]_, smoothed as the image is, has 0.83
-        for contacts of 0.6 ball radii; 0.8 to 0.84 on layers (``experiments/circle_finding.py``).
-    left : float, ratio
-        With a smaller slope relative to the ball's the surface has left the ball.
-        Source: chosen by hand; no script derives it.
-    margin : float, ratio
-        The distance between the places where the slope is this much above and below the level
-        is the width of the border.
-        Source: chosen by hand: less than the difference between the level and 1.
-    blurred : float, ball radii
-        Next to the border, within this distance, the slope inside is smoothed, and measured
-        instead of that of the ball.
-        Source: chosen by hand: three standard deviations of the smoothing of the image.
-    largest : float, ball radii
-        Upper bound of the contact radius.
-        Source: chosen by hand, just below the equator; no script derives it.
 
     References
     ----------
     .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985, section 4.2.
     """
 
-    level: float = 0.82
-    left: float = 0.5
-    margin: float = 0.08
-    blurred: float = 0.1
-    largest: float = 0.98
-
-
-BORDER = BorderParameters()
-"""The values in use."""
+    # [ratio] Slope at the border, over that of the ball. Without smoothing it would be 1. Source:
+    # the profile around a ball on a half-space [1]_, smoothed as the image is, has 0.83 for
+    # contacts of 0.6 ball radii; 0.8 to 0.84 on layers (``experiments/circle_finding.py``).
+    level = 0.82
+    left = 0.5  # [ratio] With a smaller slope relative to the ball's the surface has left the ball
+    # [ratio] The distance between the places where the slope is this much above and below the
+    # level is the width of the border. Source: by hand, : less than the difference between the
+    # level and 1.
+    margin = 0.08
+    # [ball radii] Next to the border, within this distance, the slope inside is smoothed, and
+    # measured instead of that of the ball. Source: by hand, : three standard deviations of the
+    # smoothing of the image.
+    blurred = 0.1
+    # [ball radii] Upper bound of the contact radius. Source: by hand, just below the equator.
+    largest = 0.98
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +68,7 @@ class Border:
     shape: Shape
 
 
-NO_BORDER = Border(0.0, np.inf, np.inf, BALL)
-"""Of a press whose contact is not searched yet."""
+NO_BORDER = Border(0.0, np.inf, np.inf, BALL)  # Of a press whose contact is not searched yet
 
 
 def find_border(

@@ -14,49 +14,29 @@ from tactile_core.algorithms.circles.light import Light, Samples, residuals
 from tactile_core.algorithms.circles.shape import Shape
 
 
-class CentreParameters(NamedTuple):
+class CENTRE:
     """Parameters of the fit of a centre.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
-
-    Attributes
-    ----------
-    fewest_pixels : int, count
-        With fewer pixels a centre is not refined.
-        Source: chosen by hand; no script derives it.
-    least_residual : float, logarithm of the intensity
-        Lower bound of the residual scale of the soft-L1 weights.
-        Source: chosen by hand; no script derives it.
-    largest_step : float, ball radii
-        Upper bound of a Gauss–Newton step.
-        Source: chosen by hand; no script derives it.
-    sectors : int, count
-        Sectors of the disc whose residuals are independent of each other.
-        Source: chosen by hand: an attached shadow is about as wide.
-    tail : float, ratio
-        Degrees of freedom of the prior, Student's t, relative to the number of coefficients. Of its
-        tails one step sees nothing: without deviation it weighs (1 + tail) / tail times as much as
-        a normal distribution.
-        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
-    least_spread : float, logarithm of the intensity
-        Lower bound of ``Light.spread``, against division by zero.
-        Source: chosen by hand; no script derives it.
-    together : int, count
-        Balls that are fitted together; their pixels stay in the cache.
-        Source: measured (ADR 92), among 1 to 24.
     """
 
-    fewest_pixels: int = 30
-    least_residual: float = 0.005
-    largest_step: float = 0.3
-    sectors: int = 12
-    tail: float = 0.3
-    least_spread: float = 1e-6
-    together: int = 6
-
-
-CENTRE = CentreParameters()
-"""The values in use."""
+    fewest_pixels = 30  # [count] With fewer pixels a centre is not refined
+    # [logarithm of the intensity] Lower bound of the residual scale of the soft-L1 weights.
+    least_residual = 0.005
+    largest_step = 0.3  # [ball radii] Upper bound of a Gauss–Newton step
+    # [count] Sectors of the disc whose residuals are independent of each other. Source: by hand,
+    # : an attached shadow is about as wide.
+    sectors = 12
+    # [ratio] Degrees of freedom of the prior, Student's t, relative to the number of
+    # coefficients. Of its tails one step sees nothing: without deviation it weighs (1 + tail) /
+    # tail times as much as a normal distribution. Source: by hand, on virtual units
+    # (``experiments/circle_finding.py``).
+    tail = 0.3
+    # [logarithm of the intensity] Lower bound of ``Light.spread``, against division by zero.
+    least_spread = 1e-6
+    # [count] Balls that are fitted together; their pixels stay in the cache. Source: measured
+    # (ADR 92), among 1 to 24.
+    together = 6
 
 
 @dataclass(frozen=True, eq=False)

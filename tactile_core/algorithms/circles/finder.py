@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,76 +16,40 @@ from tactile_core.algorithms.circles.press_fit import FIT, PressFit, trusted
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
 
-class FinderParameters(NamedTuple):
+class FINDER:
     """Parameters of the joint fit of circles and light.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
-
-    Attributes
-    ----------
-    largest_residual : float, median residuals
-        Presses with a larger residual are excluded.
-        Source: chosen by hand; no script derives it.
-    farthest_move : float, ball radii
-        Presses whose centre moves further from its first estimate are excluded.
-        Source: chosen by hand; no script derives it.
-    second_reach : float, ball radii
-        Distance from the centre within which the light is fitted for the second time.
-        Source: chosen by hand; no script derives it.
-    held_out_reaches : tuple of float, ball radii
-        Distances within which a held-out press is located, one after the other.
-        Source: chosen by hand; no script derives it.
-    held_out_rounds : int, count
-        Most rounds of finding its contact and its centre, each with the other.
-        Source: virtual units (ADR 92), among 1 to 8.
-    held_out_settled_px : float, working px
-        They end when the centre moves less.
-        Source: a tenth of the error of a centre on virtual units (ADR 92).
-    contact_rounds : int, count
-        How often contacts are found, outliers excluded and the light fitted again.
-        Source: chosen by hand; no script derives it.
-    alternations : int, count
-        Most rounds of fitting light and centres alternately.
-        Source: virtual units (ADR 92), among 4 to 40.
-    most_together : int, count
-        Most presses whose circles are fitted together with the light from the start on. More are
-        located with that light first.
-        Source: ADR 89.
-    last_rounds : int, count
-        Rounds of fitting light and centres of all presses then.
-        Source: chosen by hand; no script derives it.
-    settled_px : float, working px
-        The alternation ends when no centre moves further.
-        Source: chosen by hand; no script derives it.
-    spread_rounds : int, count
-        How often the spread of a light with given circles is estimated.
-        Source: chosen by hand; no script derives it.
-    largest_centre_std : float, ball radii
-        Presses whose centre is less certain are excluded.
-        Source: chosen by hand; no script derives it.
-    least_visible : float, share
-        With less of the contact inside the image, that is the reason for an uncertain centre.
-        Source: chosen by hand; no script derives it.
     """
 
-    largest_residual: float = 4.0
-    farthest_move: float = 0.5
-    second_reach: float = 0.65
+    largest_residual = 4.0  # [median residuals] Presses with a larger residual are excluded
+    # [ball radii] Presses whose centre moves further from its first estimate are excluded.
+    farthest_move = 0.5
+    # [ball radii] Distance from the centre within which the light is fitted for the second time.
+    second_reach = 0.65
+    # [ball radii] Distances within which a held-out press is located, one after the other.
     held_out_reaches: tuple[float, ...] = (0.5, 0.6, 0.8)
-    held_out_rounds: int = 4
-    held_out_settled_px: float = 0.02
-    contact_rounds: int = 2
-    alternations: int = 8
-    most_together: int = 60
-    last_rounds: int = 2
-    settled_px: float = 0.01
-    spread_rounds: int = 2
-    largest_centre_std: float = 0.1
-    least_visible: float = 0.8
-
-
-FINDER = FinderParameters()
-"""The values in use."""
+    # [count] Most rounds of finding its contact and its centre, each with the other. Source:
+    # virtual units (ADR 92), among 1 to 8.
+    held_out_rounds = 4
+    # [working px] They end when the centre moves less. Source: a tenth of the error of a centre
+    # on virtual units (ADR 92).
+    held_out_settled_px = 0.02
+    # [count] How often contacts are found, outliers excluded and the light fitted again.
+    contact_rounds = 2
+    # [count] Most rounds of fitting light and centres alternately. Source: virtual units (ADR
+    # 92), among 4 to 40.
+    alternations = 8
+    # [count] Most presses whose circles are fitted together with the light from the start on.
+    # More are located with that light first. Source: ADR 89.
+    most_together = 60
+    last_rounds = 2  # [count] Rounds of fitting light and centres of all presses then
+    settled_px = 0.01  # [working px] The alternation ends when no centre moves further
+    spread_rounds = 2  # [count] How often the spread of a light with given circles is estimated
+    largest_centre_std = 0.1  # [ball radii] Presses whose centre is less certain are excluded
+    # [share] With less of the contact inside the image, that is the reason for an uncertain
+    # centre.
+    least_visible = 0.8
 
 
 def find_circles(

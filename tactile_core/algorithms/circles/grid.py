@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -16,73 +16,34 @@ from tactile_core.algorithms.circles.press_fit import FIT
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 
-class GridParameters(NamedTuple):
+class GRID:
     """Parameters of the refinement of grids.
 
     Nothing sets them from outside: they are relative to the radius of the balls.
-
-    Attributes
-    ----------
-    blur_radii : float, ball radii
-        Standard deviation of the smoothing.
-        Source: chosen by hand; no script derives it.
-    least_blur_px : float, px
-        Lower bound of it.
-        Source: chosen by hand; no script derives it.
-    samples : int, count
-        Pixels that are drawn at random for a fit.
-        Source: chosen by hand; no script derives it.
-    fewest_pixels : int, count
-        Balls with fewer visible pixels are excluded.
-        Source: chosen by hand; no script derives it.
-    reaches : tuple of float, ball radii
-        Distances from the centres within which they are refined, one after the other, up to the
-        contact radius.
-        Source: chosen by hand; no script derives it.
-    farthest_step : float, ball radii
-        Upper bound of the move of a centre in one step, along x and along y.
-        Source: chosen by hand; no script derives it.
-    many_balls : int, count
-        With fewer balls, terms of the position would fit the errors of the given centres, and even
-        terms their common shift. So the normals are then odd in the change, without the position.
-        Source: chosen by hand; no script derives it.
-    largest_residual : float, median residuals
-        Balls with a larger residual are excluded.
-        Source: chosen by hand; no script derives it.
-    ridge : float, per sample
-        Penalty on the coefficients.
-        Source: chosen by hand; no script derives it.
-    least_scale : float, ratio
-        Below it the scale of the fitted slopes is not used to convert their offset to a shift.
-        Source: chosen by hand; no script derives it.
-    ring_step : float, ball radii
-        Step of the search for the contact radius.
-        Source: chosen by hand; no script derives it.
-    least_ring_px : float, px
-        Lower bound of half the width of a ring.
-        Source: chosen by hand; no script derives it.
-    least_slope_ratio : float, ratio
-        Beyond the contact the fitted slope is below this share of the slope of the ball.
-        Source: chosen by hand; no script derives it.
     """
 
-    blur_radii: float = 0.1
-    least_blur_px: float = 1.2
-    samples: int = 12_000
-    fewest_pixels: int = 30
+    blur_radii = 0.1  # [ball radii] Standard deviation of the smoothing
+    least_blur_px = 1.2  # [px] Lower bound of it
+    samples = 12_000  # [count] Pixels that are drawn at random for a fit
+    fewest_pixels = 30  # [count] Balls with fewer visible pixels are excluded
+    # [ball radii] Distances from the centres within which they are refined, one after the other,
+    # up to the contact radius.
     reaches: tuple[float, ...] = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
-    farthest_step: float = 0.25
-    many_balls: int = 12
-    largest_residual: float = 2.5
-    ridge: float = 1e-3
-    least_scale: float = 0.1
-    ring_step: float = 0.05
-    least_ring_px: float = 0.75
-    least_slope_ratio: float = 0.88
-
-
-GRID = GridParameters()
-"""The values in use."""
+    # [ball radii] Upper bound of the move of a centre in one step, along x and along y.
+    farthest_step = 0.25
+    # [count] With fewer balls, terms of the position would fit the errors of the given centres,
+    # and even terms their common shift. So the normals are then odd in the change, without the
+    # position.
+    many_balls = 12
+    largest_residual = 2.5  # [median residuals] Balls with a larger residual are excluded
+    ridge = 1e-3  # [per sample] Penalty on the coefficients
+    # [ratio] Below it the scale of the fitted slopes is not used to convert their offset to a
+    # shift.
+    least_scale = 0.1
+    ring_step = 0.05  # [ball radii] Step of the search for the contact radius
+    least_ring_px = 0.75  # [px] Lower bound of half the width of a ring
+    # [ratio] Beyond the contact the fitted slope is below this share of the slope of the ball.
+    least_slope_ratio = 0.88
 
 
 @dataclass(frozen=True, eq=False)

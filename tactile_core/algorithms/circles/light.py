@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,51 +16,31 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.press import Change
 
 
-class LightParameters(NamedTuple):
+class LIGHT:
     """Parameters of the fit of the light.
 
     Nothing sets them from outside: the number of presses decides the orders.
-
-    Attributes
-    ----------
-    ridge : float, per sample
-        Penalty on the coefficients. Mean squares of cubic terms are about 1e-4: a penalty of that
-        size shrinks them, and all centres move together.
-        Source: virtual units (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
-    rounds, rounds_again : int, count
-        Reweightings; fewer where the light of nearly the same centres is known.
-        Source: chosen by hand; no script derives it.
-    cauchy_residuals : float, median residuals
-        Scale of the Cauchy weights.
-        Source: chosen by hand; no script derives it.
-    few_presses, many_presses : int, count
-        Below the first the model is quadratic in the normal and uniform over the image; from the
-        second on it is quadratic in the position.
-        Source: chosen by hand; no script derives it.
-    most_pixels : int, count
-        Pixels per press that are drawn at random for the fit.
-        Source: chosen by hand: about one per area over which the noise is correlated.
-    most_together : int, count
-        Pixels of all presses together, at most.
-        Source: ADR 89.
-    first_spread : float, ratio
-        Deviation of a press from the light, relative to its coefficients, until it is known.
-        Source: chosen by hand; no script derives it.
     """
 
-    ridge: float = 1e-5
-    rounds: int = 3
-    rounds_again: int = 1
-    cauchy_residuals: float = 3
-    few_presses: int = 4
-    many_presses: int = 12
-    most_pixels: int = 400
-    most_together: int = 16_000
-    first_spread: float = 0.5
-
-
-LIGHT = LightParameters()
-"""The values in use."""
+    # [per sample] Penalty on the coefficients. Mean squares of cubic terms are about 1e-4: a
+    # penalty of that size shrinks them, and all centres move together. Source: virtual units
+    # (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
+    ridge = 1e-5
+    # [count] Reweightings; fewer where the light of nearly the same centres is known.
+    rounds = 3
+    rounds_again = 1
+    cauchy_residuals: float = 3  # [median residuals] Scale of the Cauchy weights
+    # [count] Below the first the model is quadratic in the normal and uniform over the image;
+    # from the second on it is quadratic in the position.
+    few_presses = 4
+    many_presses = 12
+    # [count] Pixels per press that are drawn at random for the fit. Source: by hand, : about one
+    # per area over which the noise is correlated.
+    most_pixels = 400
+    most_together = 16_000  # [count] Pixels of all presses together, at most. Source: ADR 89.
+    # [ratio] Deviation of a press from the light, relative to its coefficients, until it is
+    # known.
+    first_spread = 0.5
 
 
 @dataclass(frozen=True, eq=False)

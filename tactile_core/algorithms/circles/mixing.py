@@ -2,35 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 
 
-class MixingParameters(NamedTuple):
+class MIXING:
     """Parameters of Anderson's mixing.
 
     Nothing sets them from outside: they have no unit of a sensor.
-
-    Attributes
-    ----------
-    memory : int, count
-        Earlier steps that are compared with the last one.
-        Source: virtual units (ADR 92).
-    ridge : float, ratio
-        Penalty on their weights, over the mean square of their differences. It keeps the mixed step
-        bounded where the differences are noise.
-        Source: virtual units (ADR 92), among 1e-3 and 1e-2.
     """
 
-    memory: int = 3
-    ridge: float = 1e-3
-
-
-MIXING = MixingParameters()
-"""The values in use."""
+    # [count] Earlier steps that are compared with the last one. Source: virtual units (ADR 92).
+    memory = 3
+    # [ratio] Penalty on their weights, over the mean square of their differences. It keeps the
+    # mixed step bounded where the differences are noise. Source: virtual units (ADR 92), among
+    # 1e-3 and 1e-2.
+    ridge = 1e-3
 
 
 class Mixing:
@@ -66,5 +54,4 @@ class Mixing:
         return mixed.reshape(step.shape)
 
 
-_TINY = 1e-30
-"""Keeps the equations regular where nothing moves."""
+_TINY = 1e-30  # Keeps the equations regular where nothing moves

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -16,64 +16,40 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.levels import LEVELS
 
 
-class PressParameters(NamedTuple):
+class PRESS:
     """Parameters of the preparation of presses.
 
     Nothing sets them from outside: the working scale makes them independent of the sensor.
-
-    Attributes
-    ----------
-    ball_radius_px : float, px
-        Larger balls are shrunk to this radius. It bounds the time; the centres stay as accurate.
-        Source: chosen by hand; no script derives it.
-    blur_px : float, working px
-        Standard deviation of the smoothing.
-        Source: chosen by hand; no script derives it.
-    gradient_blur_radii : float, ball radii
-        Standard deviation of the smoothing before the gradient of the darkening is taken.
-        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
-    least_blur_weight : float, ratio
-        Lower bound of the sum of weights under the smoothing, against division by zero.
-        Source: chosen by hand; no script derives it.
-    marker_share : float, share of a working pixel
-        With more of its area on markers, a pixel is left out.
-        Source: chosen by hand; no script derives it.
-    folded_share : float, share of the full scale
-        Some cameras wrap to dark values inside a saturated spot; a hole below this is such a value.
-        Source: chosen by hand; no script derives it.
-    fewest_saturated : int, px²
-        Up to this many saturated pixels are not searched for holes.
-        Source: chosen by hand; no script derives it.
-    least_noise : float, grey levels of 8 bits
-        Lower bound of the noise of a pixel: the standard deviation of rounding both images, doubled
-        for what compression and a drifting light add.
-        Source: mathematics, 2 · √(2 / 12), rounded up.
-    noise_rows : int, count
-        Rows of pixels from which the noise is estimated.
-        Source: chosen by hand; some thousand pixels give a median within some per cent.
-    offset_share : float, share of the reference
-        Added to both intensities before the logarithm, which would dwell on shadows otherwise.
-        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
-    model_error : float, logarithm of the intensity
-        Error of the light model; a pixel whose noise is larger counts less.
-        Source: chosen by hand on virtual units (``experiments/circle_finding.py``).
     """
 
-    ball_radius_px: float = 25.0
-    blur_px: float = 0.7
-    gradient_blur_radii: float = 0.08
-    least_blur_weight: float = 1e-6
-    marker_share: float = 0.1
-    folded_share: float = 0.94
-    fewest_saturated: int = 20
-    least_noise: float = 1.0
-    noise_rows: int = 40
-    offset_share: float = 1.0
-    model_error: float = 0.025
-
-
-PRESS = PressParameters()
-"""The values in use."""
+    # [px] Larger balls are shrunk to this radius. It bounds the time; the centres stay as
+    # accurate.
+    ball_radius_px = 25.0
+    blur_px = 0.7  # [working px] Standard deviation of the smoothing
+    # [ball radii] Standard deviation of the smoothing before the gradient of the darkening is
+    # taken. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+    gradient_blur_radii = 0.08
+    # [ratio] Lower bound of the sum of weights under the smoothing, against division by zero.
+    least_blur_weight = 1e-6
+    # [share of a working pixel] With more of its area on markers, a pixel is left out.
+    marker_share = 0.1
+    # [share of the full scale] Some cameras wrap to dark values inside a saturated spot; a hole
+    # below this is such a value.
+    folded_share = 0.94
+    fewest_saturated = 20  # [px²] Up to this many saturated pixels are not searched for holes
+    # [grey levels of 8 bits] Lower bound of the noise of a pixel: the standard deviation of
+    # rounding both images, doubled for what compression and a drifting light add. Source:
+    # mathematics, 2 · √(2 / 12), rounded up.
+    least_noise = 1.0
+    # [count] Rows of pixels from which the noise is estimated. Source: by hand, some thousand
+    # pixels give a median within some per cent.
+    noise_rows = 40
+    # [share of the reference] Added to both intensities before the logarithm, which would dwell
+    # on shadows otherwise. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+    offset_share = 1.0
+    # [logarithm of the intensity] Error of the light model; a pixel whose noise is larger counts
+    # less. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+    model_error = 0.025
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,69 +17,40 @@ from tactile_core.algorithms.circles.shape import BALL
 from tactile_core.algorithms.circles.start import Sighting, Start
 
 
-class FitParameters(NamedTuple):
+class FIT:
     """Parameters of the fit of single presses.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
-
-    Attributes
-    ----------
-    smallest_contact : float, ball radii
-        Smaller contacts are excluded. The light is always fitted at least this far.
-        Source: chosen by hand; no script derives it.
-    first_reach : float, ball radii
-        Distance from the centre within which the light is fitted, before contacts are known.
-        Source: chosen by hand; no script derives it.
-    contact_share : float, contact radii
-        The same once the contact radius is known.
-        Source: chosen by hand; no script derives it.
-    largest_reach : float, ball radii
-        Upper bound of that distance.
-        Source: chosen by hand; no script derives it.
-    largest_shift : float, ball radii
-        Upper bound of the move of a centre in one round.
-        Source: chosen by hand; no script derives it.
-    redrawn_px : float, working px
-        The pixels of a fit are drawn again when its centre has moved this far.
-        Source: chosen by hand; no script derives it.
-    shape_margin : float, ball radii
-        Distance from the contact within which the centre is fitted once the contact is known. The
-        slope changes most there; farther out there are cast shadows.
-        Source: virtual units (``experiments/circle_finding.py``).
-    most_pixels : int, count
-        Pixels that are drawn at random for that.
-        Source: chosen by hand; no script derives it.
-    std_factor : float, ratio
-        Standard deviation of a centre over that by the disagreement of its sectors.
-        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
-    model_std : float, ball radii
-        Standard deviation of a coordinate by errors that all sectors share.
-        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
-    radius_factor : float, ratio
-        Standard deviation of a contact radius over that by the disagreement of its sectors.
-        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
-    radius_width_share : float, ratio
-        Standard deviation of a contact radius over the width of its border, by errors that all
-        sectors share.
-        Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
     """
 
-    smallest_contact: float = 0.3
-    first_reach: float = 0.5
-    contact_share: float = 0.95
-    largest_reach: float = 0.9
-    largest_shift: float = 0.25
-    redrawn_px: float = 1.0
-    shape_margin: float = 0.15
-    most_pixels: int = 800
-    std_factor: float = 2.4
-    model_std: float = 0.0009
-    radius_factor: float = 4.1
-    radius_width_share: float = 0.17
-
-
-FIT = FitParameters()
-"""The values in use."""
+    # [ball radii] Smaller contacts are excluded. The light is always fitted at least this far.
+    smallest_contact = 0.3
+    # [ball radii] Distance from the centre within which the light is fitted, before contacts are
+    # known.
+    first_reach = 0.5
+    contact_share = 0.95  # [contact radii] The same once the contact radius is known
+    largest_reach = 0.9  # [ball radii] Upper bound of that distance
+    largest_shift = 0.25  # [ball radii] Upper bound of the move of a centre in one round
+    # [working px] The pixels of a fit are drawn again when its centre has moved this far.
+    redrawn_px = 1.0
+    # [ball radii] Distance from the contact within which the centre is fitted once the contact is
+    # known. The slope changes most there; farther out there are cast shadows. Source: virtual
+    # units (``experiments/circle_finding.py``).
+    shape_margin = 0.15
+    most_pixels = 800  # [count] Pixels that are drawn at random for that
+    # [ratio] Standard deviation of a centre over that by the disagreement of its sectors. Source:
+    # virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    std_factor = 2.4
+    # [ball radii] Standard deviation of a coordinate by errors that all sectors share. Source:
+    # virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    model_std = 0.0009
+    # [ratio] Standard deviation of a contact radius over that by the disagreement of its sectors.
+    # Source: virtual units (``experiments/circle_finding.py``), for a coverage of 68 %.
+    radius_factor = 4.1
+    # [ratio] Standard deviation of a contact radius over the width of its border, by errors that
+    # all sectors share. Source: virtual units (``experiments/circle_finding.py``), for a coverage
+    # of 68 %.
+    radius_width_share = 0.17
 
 
 class _Draw(NamedTuple):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,62 +12,40 @@ from tactile_core.algorithms.circles.light import Light
 from tactile_core.algorithms.circles.press import Change
 
 
-class ProfileParameters(NamedTuple):
+class PROFILE:
     """Parameters of the measurement of profiles.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
-
-    Attributes
-    ----------
-    smallest, largest : float, ball radii
-        Range of the profile. Nearer to the centre the surface is that of the ball.
-        Source: the smallest contact of interest, and far enough outside the largest to see it end.
-    step : float, ball radii
-        Spacing of its nodes.
-        Source: chosen by hand: two standard deviations of the smoothing of the image.
-    least_step_px : float, working px
-        Lower bound of the spacing.
-        Source: mathematics; the pixels do not resolve less.
-    trials : tuple of float, ratio
-        Sines among which the first estimate is chosen.
-        Source: chosen by hand; no script derives it.
-    rounds : int, count
-        Gauss–Newton steps. More fit the errors of the light at the border.
-        Source: virtual units (ADR 89), among 2 to 4.
-    sectors : int, count
-        Sectors of the disc; each is left out once.
-        Source: chosen by hand: an attached shadow is about as wide.
-    smoothness : float, ratio
-        Weight of the bend of the profile, over the mean weight of a node. It bridges nodes whose
-        pixels are hidden.
-        Source: chosen by hand; no script derives it.
-    steepest_sine : float, ratio
-        Upper bound of the sine of the slope.
-        Source: chosen by hand, just below 1; no script derives it.
-    least_residual : float, logarithm of the intensity
-        Lower bound of the residual scale of the soft-L1 weights.
-        Source: chosen by hand; no script derives it.
-    most_pixels, fewest_pixels : int, count
-        Pixels that are drawn at random, and below which there is no profile.
-        Source: chosen by hand; no script derives it.
     """
 
-    smallest: float = 0.25
-    largest: float = 1.4
-    step: float = 0.05
-    least_step_px: float = 1.0
+    # [ball radii] Range of the profile. Nearer to the centre the surface is that of the ball.
+    # Source: the smallest contact of interest, and far enough outside the largest to see it end.
+    smallest = 0.25
+    largest = 1.4
+    # [ball radii] Spacing of its nodes. Source: by hand, : two standard deviations of the
+    # smoothing of the image.
+    step = 0.05
+    # [working px] Lower bound of the spacing. Source: mathematics; the pixels do not resolve
+    # less.
+    least_step_px = 1.0
+    # [ratio] Sines among which the first estimate is chosen.
     trials: tuple[float, ...] = (-0.3, -0.1, 0.1, 0.25, 0.4, 0.6, 0.8, 1.0)
-    rounds: int = 2
-    sectors: int = 12
-    smoothness: float = 0.003
-    steepest_sine: float = 0.999
-    least_residual: float = 0.005
-    most_pixels: int = 2500
-    fewest_pixels: int = 30
-
-
-PROFILE = ProfileParameters()
-"""The values in use."""
+    # [count] Gauss–Newton steps. More fit the errors of the light at the border. Source: virtual
+    # units (ADR 89), among 2 to 4.
+    rounds = 2
+    # [count] Sectors of the disc; each is left out once. Source: by hand, : an attached shadow is
+    # about as wide.
+    sectors = 12
+    # [ratio] Weight of the bend of the profile, over the mean weight of a node. It bridges nodes
+    # whose pixels are hidden.
+    smoothness = 0.003
+    # [ratio] Upper bound of the sine of the slope. Source: by hand, just below 1.
+    steepest_sine = 0.999
+    # [logarithm of the intensity] Lower bound of the residual scale of the soft-L1 weights.
+    least_residual = 0.005
+    # [count] Pixels that are drawn at random, and below which there is no profile.
+    most_pixels = 2500
+    fewest_pixels = 30
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32, Float64
 
-_LEAST_R = np.float32(1e-9)
-"""Keeps the divisor positive at the centre itself."""
+_LEAST_R = np.float32(1e-9)  # Keeps the divisor positive at the centre itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,5 +66,4 @@ class Shape:
         return offset * ratio, np.stack([ratio + bend * x * x, bend * x * y, ratio + bend * y * y])
 
 
-BALL = Shape(np.zeros(0), np.zeros(0))
-"""The ball itself, without a border."""
+BALL = Shape(np.zeros(0), np.zeros(0))  # The ball itself, without a border

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -15,78 +14,46 @@ from tactile_core.algorithms.circles.press import Change, PressImage, change_of,
 from tactile_core.algorithms.circles.symmetry import odd_centre, oddness_at
 
 
-class StartParameters(NamedTuple):
+class START:
     """Parameters of the analysis of single presses.
 
     Nothing sets them from outside: they are relative to the noise or the radius of the ball.
-
-    Attributes
-    ----------
-    least_oddness : float, −1 to 1
-        Below it the change is not that of a ball.
-        Source: chosen by hand; no script derives it.
-    darkening_oddness : float, −1 to 1
-        Below it presses are even, as where the image darkens with depth.
-        Source: virtual units (``experiments/circle_finding.py``): −0.99 to −1 where they darken,
-        −0.75 and more with light from the sides.
-    weakest_contact : float, noise sigmas
-        Below it there is no contact.
-        Source: chosen by hand; no script derives it.
-    strongest_elsewhere : float, ratio
-        Change far from the press over that at the press; above it there is a second contact.
-        Source: chosen by hand; no script derives it.
-    inner_radii : float, ball radii
-        Radius within which the strength of the contact is measured.
-        Source: chosen by hand; no script derives it.
-    undeformed_radii : float, ball radii
-        Beyond this distance from the centre the gel surface counts as undeformed.
-        Source: chosen by hand; no script derives it.
-    fewest_undeformed : float, share
-        With a smaller share of the image there, a change of the light is not estimated.
-        Source: chosen by hand; no script derives it.
-    largest_drift : float, change
-        With a larger change of the undeformed surface, the light is not that of the reference.
-        Source: half of the largest log gain that is compensated (``algorithms/drift.py``).
-    noise_ratio : float, ratio
-        The same relative to the noise of the camera.
-        Source: chosen by hand; no script derives it.
-    far_radii : float, ball radii
-        Change beyond this distance is far from the press.
-        Source: chosen by hand; no script derives it.
-    blur_radii : float, ball radii
-        Standard deviation over which the change is averaged to compare near and far.
-        Source: chosen by hand; no script derives it.
-    most_pixels : int, count
-        About the number of pixels of which a median is taken.
-        Source: chosen by hand; a median is then within some per cent of the noise.
-    least_blur_weight : float, ratio
-        Lower bound of the sum of weights of that average, against division by zero.
-        Source: chosen by hand; no script derives it.
     """
 
-    least_oddness: float = 0.25
-    darkening_oddness: float = -0.9
-    weakest_contact: float = 4.0
-    strongest_elsewhere: float = 0.5
-    inner_radii: float = 0.6
-    undeformed_radii: float = 2.0
-    fewest_undeformed: float = 0.1
-    largest_drift: float = 0.05
-    noise_ratio: float = 3.0
-    far_radii: float = 2.5
-    blur_radii: float = 0.35
-    most_pixels: int = 5000
-    least_blur_weight: float = 1e-3
+    least_oddness = 0.25  # [−1 to 1] Below it the change is not that of a ball
+    # [−1 to 1] Below it presses are even, as where the image darkens with depth. Source: virtual
+    # units (``experiments/circle_finding.py``): −0.99 to −1 where they darken, −0.75 and more
+    # with light from the sides.
+    darkening_oddness = -0.9
+    weakest_contact = 4.0  # [noise sigmas] Below it there is no contact
+    # [ratio] Change far from the press over that at the press; above it there is a second
+    # contact.
+    strongest_elsewhere = 0.5
+    inner_radii = 0.6  # [ball radii] Radius within which the strength of the contact is measured
+    # [ball radii] Beyond this distance from the centre the gel surface counts as undeformed.
+    undeformed_radii = 2.0
+    # [share] With a smaller share of the image there, a change of the light is not estimated.
+    fewest_undeformed = 0.1
+    # [change] With a larger change of the undeformed surface, the light is not that of the
+    # reference. Source: half of the largest log gain that is compensated
+    # (``algorithms/drift.py``).
+    largest_drift = 0.05
+    noise_ratio = 3.0  # [ratio] The same relative to the noise of the camera
+    far_radii = 2.5  # [ball radii] Change beyond this distance is far from the press
+    # [ball radii] Standard deviation over which the change is averaged to compare near and far.
+    blur_radii = 0.35
+    # [count] About the number of pixels of which a median is taken. Source: by hand, a median is
+    # then within some per cent of the noise.
+    most_pixels = 5000
+    # [ratio] Lower bound of the sum of weights of that average, against division by zero.
+    least_blur_weight = 1e-3
 
 
-START = StartParameters()
-"""The values in use."""
-
+# Reason to exclude a press under another light.
 DIFFERS = (
     "far from the contact the light is not that of the reference: the ball shades the gel there, "
     "or light, exposure or crop have changed; press nearer to the middle, or record a new reference"
 )
-"""Reason to exclude a press under another light."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
@@ -11,39 +9,25 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import Change
 
 
-class SymmetryParameters(NamedTuple):
+class SYMMETRY:
     """Parameters of the search for the centre of symmetry.
 
     Nothing sets them from outside: they are relative to the radius of the ball.
-
-    Attributes
-    ----------
-    blur_radii : float, ball radii
-        Standard deviation of the smoothing before the place of the strongest change is taken.
-        Source: chosen by hand; no script derives it.
-    window_radii, taper_radii : float, ball radii
-        Radius of the window around that place, and width over which it falls to 0.
-        Source: chosen by hand; no script derives it.
-    farthest_radii : float, ball radii
-        Largest distance of the centre from that place.
-        Source: chosen by hand; no script derives it.
-    least_overlap : float, share of the greatest energy
-        Lower bound of the divisor of the score, so that a small overlap has no high score.
-        Source: chosen by hand; no script derives it.
     """
 
-    blur_radii: float = 0.7
-    window_radii: float = 1.6
-    taper_radii: float = 0.4
-    farthest_radii: float = 0.8
-    least_overlap: float = 0.25
+    # [ball radii] Standard deviation of the smoothing before the place of the strongest change is
+    # taken.
+    blur_radii = 0.7
+    # [ball radii] Radius of the window around that place, and width over which it falls to 0.
+    window_radii = 1.6
+    taper_radii = 0.4
+    farthest_radii = 0.8  # [ball radii] Largest distance of the centre from that place
+    # [share of the greatest energy] Lower bound of the divisor of the score, so that a small
+    # overlap has no high score.
+    least_overlap = 0.25
 
 
-SYMMETRY = SymmetryParameters()
-"""The values in use."""
-
-_EXCLUDED = -2.0
-"""Score of points that are too far away; scores are from −1 to 1."""
+_EXCLUDED = -2.0  # Score of points that are too far away; scores are from −1 to 1
 
 
 def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:

@@ -4,36 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-MOST_COUNTED = 255
-"""As many rows of a mask as a byte counts."""
+MOST_COUNTED = 255  # As many rows of a mask as a byte counts
 
 
-class GridParameters(NamedTuple):
-    """Parameters of the coarse grid.
+class GRID:
+    """Parameters of the coarse grid."""
 
-    Attributes
-    ----------
-    max_nodes : int, count
-        Nodes along the longer side of the image, which bound the time of a frame.
-        Source: chosen by hand for speed; no script derives it.
-    """
-
-    max_nodes: int = 64
-
-
-GRID = GridParameters()
-"""The values in use."""
+    # [count] Nodes along the longer side of the image, which bound the time of a frame. Source:
+    # by hand, for speed.
+    max_nodes = 64
 
 
 @dataclass(frozen=True)
@@ -90,15 +78,10 @@ class CoarseGrid:
         found = [cv2.remap(plane, x, y, how, borderMode=border) for plane in planes]
         return np.concatenate(found)
 
-    def share(self, mask: NDArray[np.bool_], *, compiled: bool = False) -> Float32:
+    def share(self, mask: NDArray[np.bool_]) -> Float32:
         """Share (rows, columns) of each cell that a mask (H, W) covers."""
         (rows, columns), (height, width) = self.shape, self.image_shape
         if height % rows == width % columns == 0 and height // rows <= MOST_COUNTED:
-            loops = kernels.chosen(compiled)
-            if loops is not None:
-                share = np.empty(self.shape, np.float32)
-                loops.share_of_cells(mask.view(np.uint8), share)
-                return share
             # eight pixels at once
             whole = np.uint64 if width % 8 == 0 else np.uint8
             lines = mask.view(whole).reshape(rows, height // rows, -1)

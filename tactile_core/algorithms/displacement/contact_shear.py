@@ -7,41 +7,28 @@ Markers are too sparse to resolve that bend. Elasticity predicts it from the con
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.layer_response import LayerResponse
 from tactile_core.algorithms.elasticity import Elastomer
 
 
-class ContactShearParameters(NamedTuple):
-    """Parameters of the elastic fields of a contact.
+class CONTACT_SHEAR:
+    """Parameters of the elastic fields of a contact."""
 
-    Attributes
-    ----------
-    margin_thicknesses : float, gel thicknesses
-        Margin of the periodic grid around the image.
-        Source: chosen by hand; a bonded layer decays within about one thickness.
-    blunting_cells : float, cells
-        Added to the distance from the border, so that the singular traction stays finite.
-        Source: chosen by hand, less than one cell; no script derives it.
-    min_contact_cells : float, cells
-        A smaller contact has no border that the grid resolves.
-        Source: chosen by hand, a square of two cells; no script derives it.
-    """
-
-    margin_thicknesses: float = 0.75
-    blunting_cells: float = 0.7
-    min_contact_cells: float = 4.0
-
-
-CONTACT_SHEAR = ContactShearParameters()
-"""The values in use."""
+    # [gel thicknesses] Margin of the periodic grid around the image. Source: by hand, a bonded
+    # layer decays within about one thickness.
+    margin_thicknesses = 0.75
+    # [cells] Added to the distance from the border, so that the singular traction stays finite.
+    # Source: by hand, less than one cell.
+    blunting_cells = 0.7
+    # [cells] A smaller contact has no border that the grid resolves. Source: by hand, a square of
+    # two cells.
+    min_contact_cells = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +42,11 @@ class ElasticFields:
     x_mm : (columns,) float32
     y_mm : (rows,) float32
         Positions of the nodes, relative to the centroid of the traction.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
     """
 
     planes: Float32
     x_mm: Float32
     y_mm: Float32
-    compiled: bool = False
 
     def beside(self, moved_mm: Float64, grid: CoarseGrid, points: Float32) -> Float64:
         """Return the fields at points (N, 2) in cells, and other displacements (N, 2) there.
@@ -72,14 +56,6 @@ class ElasticFields:
         (N, 10) float64
             x and y of each field, up to a factor of the field, and of the displacement.
         """
-        loops = kernels.chosen(self.compiled)
-        if loops is not None:
-            columns = np.empty((len(points), 10))
-            columns[:, 8:] = moved_mm
-            x, y = self.x_mm, self.y_mm
-            origin = np.array([x[0], y[0], x[1] - x[0], y[1] - y[0]])
-            loops.elastic_columns(self.planes, origin, points, columns)
-            return columns
         xx, yy, turned_y, spread_x, xy, turned_x, spread_y = grid.sampled(self.planes, points)
         x, y = (
             side[0] + (side[1] - side[0]) * place
@@ -92,13 +68,6 @@ class ElasticFields:
 
     def total(self, strength: Float64) -> Float32:
         """Return the sum (2, rows, columns) of the fields, each times its strength."""
-        loops = kernels.chosen(self.compiled)
-        if loops is not None:
-            total = np.empty_like(self.planes[:2])
-            loops.total_of_fields(
-                self.planes, strength.astype(np.float32), self.x_mm, self.y_mm, total
-            )
-            return total
         xx, yy, _, _, xy, _, _ = self.planes
         right, down, turn, spread = strength.tolist()
         uniform = [[right, 0, 0, spread, down, turn, 0], [0, down, turn, 0, right, 0, spread]]
@@ -128,8 +97,6 @@ class ContactShear:
         Scale of the image.
     elastomer : Elastomer
         The fields depend on its thickness and Poisson's ratio, not on its modulus.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     References
     ----------
@@ -142,9 +109,7 @@ class ContactShear:
         *,
         mm_per_px: float,
         elastomer: Elastomer,
-        compiled: bool = False,
     ) -> None:
-        self._compiled = compiled
         width_mm, height_mm = mm_per_px * grid.cell_px
         margin_mm = CONTACT_SHEAR.margin_thicknesses * elastomer.thickness_mm
         margins = (int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
@@ -183,7 +148,6 @@ class ContactShear:
             self._layer.displaced(traction),
             self._x_mm[left : left + columns] - x_mm,
             self._y_mm[top : top + rows] - y_mm,
-            self._compiled,
         )
 
     def _traction(self, contact: Float32) -> tuple[Float32, np.float32, np.float32]:
@@ -197,10 +161,6 @@ class ContactShear:
         inside = np.asarray(wide > 0.5).view(np.uint8)
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
         blunting = CONTACT_SHEAR.blunting_cells
-        loops = kernels.chosen(self._compiled)
-        if loops is not None:
-            x, y = loops.traction_of(depth, blunting, self._x_mm, self._y_mm, wide)
-            return np.asarray(wide, np.float32), np.float32(x), np.float32(y)
         traction = np.asarray(wide / np.sqrt(depth + np.float32(blunting)), np.float32)
         along_x, along_y = traction.sum(0), traction.sum(1)
         total = along_x.sum()

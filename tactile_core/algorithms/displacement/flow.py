@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,61 +12,35 @@ from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-class FlowParameters(NamedTuple):
-    """Parameters of the optical flow. Lengths are pixels of the reduced image.
+class FLOW:
+    """Parameters of the optical flow. Lengths are pixels of the reduced image."""
 
-    Attributes
-    ----------
-    longest_side_px : int, px
-        The image is reduced to this length.
-        Source: chosen by hand for speed (ADR 27); no script derives it.
-    detail_px : float, px
-        Standard deviation of the Gaussian high-pass filter.
-        Source: chosen by hand; no script derives it.
-    window_px : int, px
-        Side of the box filter, applied twice, that averages the energy of the imprint.
-        Source: chosen by hand; no script derives it.
-    faint_rms : float, share of full scale
-        RMS of an imprint at which its weight is one half.
-        Source: chosen by hand; no script derives it.
-    grey, contrast : float, grey levels
-        Mean, and standard deviation of a strong imprint, in the normalised image.
-        Source: the middle of 8 bits; three standard deviations are within them.
-    noise_factor : float, ratio
-        Margin by which the noise energy that is subtracted exceeds its estimate.
-        Source: chosen by hand; no script derives it.
-    median_of_normal : float, standard deviations
-        Median of the magnitude of a normal variable.
-        Source: maths.
-    sample_step_px : int, px
-        Every how many pixels the noise is sampled.
-        Source: chosen by hand for speed; no script derives it.
-    min_weight : float, ratio
-        Regularises the normalised convolution, so that motion fades out far from any texture.
-        Source: chosen by hand; no script derives it.
-    smoothing_reduction : int, ratio
-        Factor by which the image is reduced before motion is extrapolated.
-        Source: chosen by hand for speed; no script derives it.
-    """
-
-    longest_side_px: int = 320
-    detail_px: float = 6.0
-    window_px: int = 29
-    faint_rms: float = 0.006
-    grey: float = 128.0
-    contrast: float = 40.0
-    noise_factor: float = 1.2
-    median_of_normal: float = 0.6745
-    sample_step_px: int = 3
-    min_weight: float = 0.1
-    smoothing_reduction: int = 4
+    # [px] The image is reduced to this length. Source: by hand, for speed (ADR 27).
+    longest_side_px = 320
+    detail_px = 6.0  # [px] Standard deviation of the Gaussian high-pass filter
+    # [px] Side of the box filter, applied twice, that averages the energy of the imprint.
+    window_px = 29
+    faint_rms = 0.006  # [share of full scale] RMS of an imprint at which its weight is one half
+    # [grey levels] Mean, and standard deviation of a strong imprint, in the normalised image.
+    # Source: the middle of 8 bits; three standard deviations are within them.
+    grey = 128.0
+    contrast = 40.0
+    # [ratio] Margin by which the noise energy that is subtracted exceeds its estimate.
+    noise_factor = 1.2
+    # [standard deviations] Median of the magnitude of a normal variable. Source: maths.
+    median_of_normal = 0.6745
+    # [px] Every how many pixels the noise is sampled. Source: by hand, for speed.
+    sample_step_px = 3
+    # [ratio] Regularises the normalised convolution, so that motion fades out far from any
+    # texture.
+    min_weight = 0.1
+    # [ratio] Factor by which the image is reduced before motion is extrapolated. Source: by hand,
+    # for speed.
+    smoothing_reduction = 4
 
 
-FLOW = FlowParameters()
-"""The values in use."""
-
+# Immerkær's mask, scaled so that white noise keeps its variance.
 _NOISE_KERNEL = np.outer([1, -2, 1], [1, -2, 1]).astype(np.float32) / 6
-"""Immerkær's mask, scaled so that white noise keeps its variance."""
 
 
 @dataclass(frozen=True, eq=False)

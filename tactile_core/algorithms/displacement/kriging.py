@@ -2,45 +2,29 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from tactile_core.algorithms.arrays.distances import distances
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 
-class KrigingParameters(NamedTuple):
-    """Parameters of the covariance. All variances are relative to that of the field.
+class KRIGING:
+    """Parameters of the covariance. All variances are relative to that of the field."""
 
-    Attributes
-    ----------
-    noise_variance : float, ratio
-        Variance of the noise of a marker.
-        Source: 0.1 px of 28 µm relative to a field of 0.16 mm.
-    shift_variance, slope_variance : float, ratio
-        Variance of a constant and of a linear trend of the field, per range.
-        Source: chosen by hand, large compared with 1, so that trends are not damped.
-    std_share : float, ratio
-        Standard deviation of the field relative to the root mean square that follows from
-        leave-one-out residuals. The residuals have heavy tails, so that it is below 1.
-        Source: ``benchmarks/uncertainty.py``, on virtual contacts.
-    noise_px : float, px
-        Standard deviation of the field where all markers agree.
-        Source: ``benchmarks/uncertainty.py``, on virtual contacts; about half the noise of a
-        marker.
-    """
-
-    noise_variance: float = 3e-4
-    shift_variance: float = 1e2
-    slope_variance: float = 1e1
-    std_share: float = 0.75
-    noise_px: float = 0.06
-
-
-KRIGING = KrigingParameters()
-"""The values in use."""
+    # [ratio] Variance of the noise of a marker. Source: 0.1 px of 28 µm relative to a field of
+    # 0.16 mm.
+    noise_variance = 3e-4
+    # [ratio] Variance of a constant and of a linear trend of the field, per range. Source: by
+    # hand, large compared with 1, so that trends are not damped.
+    shift_variance = 1e2
+    slope_variance = 1e1
+    # [ratio] Standard deviation of the field relative to the root mean square that follows from
+    # leave-one-out residuals. The residuals have heavy tails, so that it is below 1. Source:
+    # ``benchmarks/uncertainty.py``, on virtual contacts.
+    std_share = 0.75
+    # [px] Standard deviation of the field where all markers agree. Source:
+    # ``benchmarks/uncertainty.py``, on virtual contacts; about half the noise of a marker.
+    noise_px = 0.06
 
 
 class Kriging:
@@ -144,7 +128,9 @@ class Kriging:
 
 
 def _covariance(a: Float64, b: Float64) -> Float64:
-    far = np.sqrt(3) * distances(a, b)
+    from scipy.spatial.distance import cdist
+
+    far = np.sqrt(3) * cdist(a, b)
     trend = KRIGING.slope_variance * (a @ b.T)
     return np.asarray((1 + far) * np.exp(-far) + KRIGING.shift_variance + trend, np.float64)
 
@@ -157,7 +143,9 @@ def _variance(points: Float64) -> Float64:
 
 def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
     """Weights (M, N) of the markers near each point, which add up to 1."""
-    squared = (distances(points, markers) / distance) ** 2
+    from scipy.spatial.distance import cdist
+
+    squared = cdist(points, markers, "sqeuclidean") / distance**2
     nearest = squared.min(axis=1, keepdims=True, initial=np.inf)
     near = np.exp((nearest - squared) / 2)
     return np.asarray(near / near.sum(axis=1, keepdims=True), np.float64)

@@ -11,8 +11,8 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Float64
 from tactile_core.algorithms.elasticity import Elastomer
 
+# Components that are even functions along y, which come first, and all components.
 EVEN, COMPONENTS = 4, 7
-"""Components that are even functions along y, which come first, and all components."""
 
 
 class LayerResponse:

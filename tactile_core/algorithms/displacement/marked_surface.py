@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
 from tactile_core.algorithms.arrays.places import struck
-from tactile_core.algorithms.arrays.symmetric import solved
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
@@ -24,37 +21,23 @@ from tactile_core.errors import InputError
 _TINY = float(np.finfo(np.float32).tiny)
 
 
-class SurfaceParameters(NamedTuple):
-    """Parameters of the dense field. They are relative to the marker pitch and the gel thickness.
+class SURFACE:
+    """Parameters of the dense field.
 
-    Attributes
-    ----------
-    range_thicknesses : float, gel thicknesses
-        Length scale of the covariance of the interpolated part.
-        Source: chosen on virtual gels (ADR 27); no script derives it.
-    cells_per_pitch : float, count
-        Resolution of the coarse grid.
-        Source: chosen by hand for speed; no script derives it.
-    support_pitches : float, pitches
-        The field is valid within this distance of a marker that is seen.
-        Source: the distance to the next marker; beyond it the field is extrapolated.
-    ridge : float, ratio
-        Regularisation of the least-squares fit, relative to its diagonal.
-        Source: chosen by hand; no script derives it.
-    iterations : int, count
-        Fixed-point iterations that move the field from undeformed to present positions.
-        Source: chosen by hand; displacements are smooth, so that two converge (ADR 27).
+    They are relative to the marker pitch and the gel thickness.
     """
 
-    range_thicknesses: float = 6.0
-    cells_per_pitch: float = 4.0
-    support_pitches: float = 1.0
-    ridge: float = 1e-3
-    iterations: int = 2
-
-
-SURFACE = SurfaceParameters()
-"""The values in use."""
+    # [gel thicknesses] Length scale of the covariance of the interpolated part. Source: chosen on
+    # virtual gels (ADR 27).
+    range_thicknesses = 6.0
+    cells_per_pitch = 4.0  # [count] Resolution of the coarse grid. Source: by hand, for speed.
+    # [pitches] The field is valid within this distance of a marker that is seen. Source: the
+    # distance to the next marker; beyond it the field is extrapolated.
+    support_pitches = 1.0
+    ridge = 1e-3  # [ratio] Regularisation of the least-squares fit, relative to its diagonal
+    # [count] Fixed-point iterations that move the field from undeformed to present positions.
+    # Source: by hand, displacements are smooth, so that two converge (ADR 27).
+    iterations = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +78,6 @@ class MarkedSurface:
         Scale of the image.
     thickness_mm, poisson_ratio : float
         Thickness and Poisson's ratio of the gel.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Raises
     ------
@@ -117,9 +98,7 @@ class MarkedSurface:
         mm_per_px: float,
         thickness_mm: float = THICKNESS_MM,
         poisson_ratio: float = POISSON_RATIO,
-        compiled: bool = False,
     ) -> None:
-        self._compiled = compiled
         if reference_px.ndim != 2 or reference_px.shape[1] != 2:
             raise InputError(f"markers are (N, 2); these are {reference_px.shape}")
         self.reference_px = np.array(reference_px, np.float64)
@@ -146,9 +125,7 @@ class MarkedSurface:
         cells = np.zeros(grid.shape, np.uint8)
         self._supported = cells, cells, np.zeros(shape, np.bool_)
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
-        self._shear = ContactShear(
-            grid, mm_per_px=mm_per_px, elastomer=elastomer, compiled=compiled
-        )
+        self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
         """Return the displacement at every pixel, interpolated linearly, (H, W, 2) float32."""
@@ -177,11 +154,7 @@ class MarkedSurface:
         moved_mm = (px - self.reference_px) * self._mm_per_px
         if count < len(seen):
             moved_mm[~seen] = 0.0
-        elastic = (
-            None
-            if contact is None
-            else self._shear.fields(grid.share(contact, compiled=self._compiled))
-        )
+        elastic = None if contact is None else self._shear.fields(grid.share(contact))
         if elastic is None or count == 0:
             moved_mm = self._kriging.completed(moved_mm, seen)
             weighted = self._kriging.weighted(moved_mm)
@@ -222,17 +195,13 @@ class MarkedSurface:
         """
         columns = self._kriging.completed(columns, seen)
         pairs = columns, self._kriging.weighted(columns)
-        loops = kernels.chosen(self._compiled)
-        if loops is not None:
-            strength, residual, weighted_residual = loops.fitted(*pairs, SURFACE.ridge, _TINY)
-            return residual.T, weighted_residual, strength
         # the strength of a field is the same along x and y: both add to the same equations
         products = pairs[0].T @ pairs[1]
         products = products[::2, ::2] + products[1::2, 1::2]
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
-        scaled = normal / (size * size[:, None])
-        strength = np.array(solved(scaled, right / size, SURFACE.ridge)) / size
+        scaled = normal / (size * size[:, None]) + SURFACE.ridge * np.eye(len(size))
+        strength = np.linalg.solve(scaled, right / size) / size
         left = np.zeros((5, 2, 2))
         left[:-1, 0, 0] = left[:-1, 1, 1] = -strength
         left[-1, 0, 0] = left[-1, 1, 1] = 1.0
@@ -248,10 +217,6 @@ class MarkedSurface:
         grid = self._grid
         undeformed = grid.refined(residual.reshape(2, *self._half_shape))
         nodes, per_mm, shape = self._half_nodes, self._per_mm, (2, *self._half_shape)
-        loops = kernels.chosen(self._compiled)
-        if loops is not None:
-            change = loops.moved_to_present(sheared, undeformed, nodes, per_mm, SURFACE.iterations)
-            return grid.refined((residual + change).reshape(shape))
         known = grid.sampled(sheared, nodes.T)
         start = present = grid.sampled(undeformed, nodes.T)
         for _ in range(SURFACE.iterations):

@@ -7,7 +7,6 @@ from tactile_core.algorithms.elasticity.elastomer import (
     THICKNESS_MM,
     Compliance,
     Elastomer,
-    GelParameters,
 )
 
 __all__ = [
@@ -17,5 +16,4 @@ __all__ = [
     "THICKNESS_MM",
     "Compliance",
     "Elastomer",
-    "GelParameters",
 ]

@@ -10,20 +10,8 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array
 
 
-class GelParameters(NamedTuple):
+class GEL:
     """Properties of the gel where a profile gives none.
-
-    Attributes
-    ----------
-    thickness_mm : float, mm
-        Thickness of the elastomer.
-        Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
-    shear_modulus_mpa : float, MPa
-        Shear modulus of the elastomer.
-        Source: neo-Hookean coefficient of the silicone XP-565 [1]_.
-    poisson_ratio : float, ratio
-        Poisson's ratio of the elastomer.
-        Source: chosen by hand, nearly incompressible; the papers give none.
 
     References
     ----------
@@ -31,13 +19,15 @@ class GelParameters(NamedTuple):
        GelSight tactile sensor", ICRA, 2015.
     """
 
-    thickness_mm: float = 2.0
-    shear_modulus_mpa: float = 0.145
-    poisson_ratio: float = 0.48
+    # [mm] Thickness of the elastomer. Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
+    thickness_mm = 2.0
+    # [MPa] Shear modulus of the elastomer. Source: neo-Hookean coefficient of the silicone XP-565
+    # [1]_.
+    shear_modulus_mpa = 0.145
+    # [ratio] Poisson's ratio of the elastomer. Source: by hand, nearly incompressible; the papers
+    # give none.
+    poisson_ratio = 0.48
 
-
-GEL = GelParameters()
-"""The values in use."""
 
 THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = (
     GEL.thickness_mm,

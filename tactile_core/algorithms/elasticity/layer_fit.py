@@ -23,52 +23,36 @@ from tactile_core.algorithms.elasticity.surface_loads import (
 )
 
 
-class LayerFitParameters(NamedTuple):
-    """Parameters of the fit. Nothing sets them from outside: they are ratios.
+class LAYER_FIT:
+    """Parameters of the fit. Nothing sets them from outside: they are ratios."""
 
-    Attributes
-    ----------
-    softness : float, ratio
-        Added to 1 − 2ν before its logarithm, in which displacement is nearly linear.
-        Source: virtual rigs: where the slopes on both sides of ν = 0.48 are equal.
-    least_noise_mm : float, mm
-        Standard deviation of a displacement that is measured well.
-        Source: virtual rigs: fields without contact.
-    model_error : float, share
-        Standard deviation of the displacement that the layer predicts, relative to its size.
-        Source: virtual rigs (``experiments/elastic_force.py``).
-    steps : int, count
-        Steps towards the fit after the first linearisation.
-        Source: virtual rigs: the third changes the force by less than 1 %.
-    light_error : float, share
-        Standard deviation of the factor by which the height of a light touch is wrong.
-        Source: virtual rigs: balls of 8 to 30 mm, pressed by 0.07 to 0.6 mm.
-    light_mm : float, mm
-        Mean height in the contact of a light touch; the error falls with the square of it.
-        Source: as above: 0.11, 0.05 and 0.02 at 0.09, 0.13 and 0.27 mm.
-    greatest : float, ratio
-        Thickness changes at most by this factor.
-        Source: chosen by hand: a profile that is further off is wrong.
-    ratios : (float, float), ratio
-        Poisson's ratio stays between these.
-        Source: physics: no silicone is more compressible, and 0.5 is incompressible.
-    """
-
-    softness: float = 0.02
-    least_noise_mm: float = 0.001
-    model_error: float = 0.1
-    steps: int = 2
-    light_error: float = 0.15
-    light_mm: float = 0.07
-    greatest: float = 1.5
-    ratios: tuple[float, float] = (0.3, 0.4995)
+    # [ratio] Added to 1 − 2ν before its logarithm, in which displacement is nearly linear.
+    # Source: virtual rigs: where the slopes on both sides of ν = 0.48 are equal.
+    softness = 0.02
+    # [mm] Standard deviation of a displacement that is measured well. Source: virtual rigs:
+    # fields without contact.
+    least_noise_mm = 0.001
+    # [share] Standard deviation of the displacement that the layer predicts, relative to its
+    # size. Source: virtual rigs (``experiments/elastic_force.py``).
+    model_error = 0.1
+    # [count] Steps towards the fit after the first linearisation. Source: virtual rigs: the third
+    # changes the force by less than 1 %.
+    steps = 2
+    # [share] Standard deviation of the factor by which the height of a light touch is wrong.
+    # Source: virtual rigs: balls of 8 to 30 mm, pressed by 0.07 to 0.6 mm.
+    light_error = 0.15
+    # [mm] Mean height in the contact of a light touch; the error falls with the square of it.
+    # Source: as above: 0.11, 0.05 and 0.02 at 0.09, 0.13 and 0.27 mm.
+    light_mm = 0.07
+    # [ratio] Thickness changes at most by this factor. Source: by hand, : a profile that is
+    # further off is wrong.
+    greatest = 1.5
+    # [float), ratio] Poisson's ratio stays between these. Source: physics: no silicone is more
+    # compressible, and 0.5 is incompressible.
+    ratios = (0.3, 0.4995)
 
 
-LAYER_FIT = LayerFitParameters()
-"""The values in use."""
-
-_STEPS = 0.05, 0.3
-"""Steps of the derivatives: logarithms of the thickness, and of the softness."""
+_STEPS = 0.05, 0.3  # Steps of the derivatives: logarithms of the thickness, and of the softness
 
 
 class FittedLayer(NamedTuple):

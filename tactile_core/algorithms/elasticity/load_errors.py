@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.algorithms.arrays.places import from_middle
@@ -12,42 +10,28 @@ from tactile_core.algorithms.elasticity.layer_fit import FittedLayer
 from tactile_core.algorithms.elasticity.surface_loads import Deformation
 
 
-class LoadErrorParameters(NamedTuple):
-    """Standard deviations of what the model leaves out. Nothing sets them from outside.
+class LOAD_ERRORS:
+    """Standard deviations of what the model leaves out. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    shear, normal, torque : float, share
-        Of a component, relative to its size: errors of contact, height and traction; the torque is
-        that about the middle of the contact.
-        Source: maximum likelihood on four virtual units (``experiments/elastic_force.py``).
-    tilt : float, share of the normal force
-        Shear force that is found while an object is pressed straight down: the height is measured
-        slightly tilted.
-        Source: as above; 0.06 to 0.15 % of each shape's normal force.
-    alike : float, thicknesses
-        Displacement that the layer does not explain is alike within this distance.
-        Source: as above.
-    twisting : float, share
-        Part of that displacement which turns about the contact. The rest points away from it or
-        along it, and exerts no torque.
-        Source: as above: torque of objects that are not twisted.
-    least_n : float, N
-        Least standard deviation of a force.
-        Source: as above, for the lightest touches.
-    """
-
-    shear: float = 0.025
-    normal: float = 0.05
-    torque: float = 0.09
-    tilt: float = 0.0008
-    alike: float = 0.7
-    twisting: float = 0.3
-    least_n: float = 0.0005
-
-
-LOAD_ERRORS = LoadErrorParameters()
-"""The values in use."""
+    # [share] Of a component, relative to its size: errors of contact, height and traction; the
+    # torque is that about the middle of the contact. Source: maximum likelihood on four virtual
+    # units (``experiments/elastic_force.py``).
+    shear = 0.025
+    normal = 0.05
+    torque = 0.09
+    # [share of the normal force] Shear force that is found while an object is pressed straight
+    # down: the height is measured slightly tilted. Source: as above; 0.06 to 0.15 % of each
+    # shape's normal force.
+    tilt = 0.0008
+    # [thicknesses] Displacement that the layer does not explain is alike within this distance.
+    # Source: as above.
+    alike = 0.7
+    # [share] Part of that displacement which turns about the contact. The rest points away from
+    # it or along it, and exerts no torque. Source: as above: torque of objects that are not
+    # twisted.
+    twisting = 0.3
+    # [N] Least standard deviation of a force. Source: as above, for the lightest touches.
+    least_n = 0.0005
 
 
 def load_variance(

@@ -12,23 +12,13 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.wave_products import WaveProducts
 
 
-class ResponseParameters(NamedTuple):
-    """Choice between two ways to transform a part of the grid. It affects the time only.
+class RESPONSE:
+    """Choice between two ways to transform a part of the grid. It affects the time only."""
 
-    Attributes
-    ----------
-    largest_product : int, nodes
-        Longest side of a grid on which a part of at most half its size is transformed by products
-        with matrices.
-        Source: measured in single precision: 14 µs instead of 30 there and back on 48 × 48 nodes,
-        39 instead of 49 on 80 × 80, 58 instead of 62 on 96 × 96.
-    """
-
-    largest_product: int = 80
-
-
-RESPONSE = ResponseParameters()
-"""The values in use."""
+    # [nodes] Longest side of a grid on which a part of at most half its size is transformed by
+    # products with matrices. Source: measured in single precision: 14 µs instead of 30 there and
+    # back on 48 × 48 nodes, 39 instead of 49 on 80 × 80, 58 instead of 62 on 96 × 96.
+    largest_product = 80
 
 
 class Symbols(NamedTuple):

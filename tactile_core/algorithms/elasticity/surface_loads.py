@@ -13,38 +13,25 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.elasticity.response import Response
 
 
-class SurfaceLoadParameters(NamedTuple):
-    """Parameters of the inversion. Nothing sets them from outside: they are ratios.
+class SURFACE_LOADS:
+    """Parameters of the inversion. Nothing sets them from outside: they are ratios."""
 
-    Attributes
-    ----------
-    damping : float, share of the largest compliance
-        Added to the normal compliance of every wave, so that noise of the height does not become
-        pressure.
-        Source: virtual rigs (``experiments/elastic_force.py``).
-    most_steps : int, count
-        Steps of the conjugate gradients, at most.
-        Source: virtual rigs: about ten are needed.
-    residual : float, ratio
-        The pressure is found when it indents the surface as measured but for this share.
-        Source: chosen by hand: less than what the height is known by.
-    degree : int, count
-        Degree of the polynomial in each component of the shear traction.
-        Source: virtual rigs: 3 also follows a twist that slips at its rim, which 2 does not.
-    ridge : float, share
-        Added to the diagonal of the normal equations, so that small contacts determine them.
-        Source: chosen by hand.
-    """
-
-    damping: float = 0.004
-    most_steps: int = 25
-    residual: float = 1e-2
-    degree: int = 3
-    ridge: float = 1e-4
-
-
-SURFACE_LOADS = SurfaceLoadParameters()
-"""The values in use."""
+    # [share of the largest compliance] Added to the normal compliance of every wave, so that
+    # noise of the height does not become pressure. Source: virtual rigs
+    # (``experiments/elastic_force.py``).
+    damping = 0.004
+    # [count] Steps of the conjugate gradients, at most. Source: virtual rigs: about ten are
+    # needed.
+    most_steps = 25
+    # [ratio] The pressure is found when it indents the surface as measured but for this share.
+    # Source: by hand, : less than what the height is known by.
+    residual = 1e-2
+    # [count] Degree of the polynomial in each component of the shear traction. Source: virtual
+    # rigs: 3 also follows a twist that slips at its rim, which 2 does not.
+    degree = 3
+    # [share] Added to the diagonal of the normal equations, so that small contacts determine
+    # them.
+    ridge = 1e-4
 
 
 class Deformation(NamedTuple):

@@ -9,25 +9,15 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 
 
-class CellAxesParameters(NamedTuple):
-    """Limits of what counts as determined. Nothing sets them from outside.
+class CELL_AXES:
+    """Limits of what counts as determined. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_correlation : float, ratio
-        Least correlation of the shear force with the displacement, in the weaker direction.
-        Source: chosen by hand: below it shear was not applied along both axes.
-    sigmas : float, standard deviations
-        The position of the axis is determined if it is this many times its standard error.
-        Source: chosen by hand: the usual three.
-    """
-
-    least_correlation: float = 0.5
-    sigmas: float = 3.0
-
-
-CELL_AXES = CellAxesParameters()
-"""The values in use."""
+    # [ratio] Least correlation of the shear force with the displacement, in the weaker direction.
+    # Source: by hand, : below it shear was not applied along both axes.
+    least_correlation = 0.5
+    # [standard deviations] The position of the axis is determined if it is this many times its
+    # standard error. Source: by hand, : the usual three.
+    sigmas = 3.0
 
 
 class CellRotation(NamedTuple):

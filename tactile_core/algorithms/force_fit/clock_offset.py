@@ -9,35 +9,22 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 
 
-class ClockOffsetParameters(NamedTuple):
-    """Parameters of the search. Nothing sets them from outside.
+class CLOCK_OFFSET:
+    """Parameters of the search. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    overlap : float, share
-        Share of the frames that must still have a force.
-        Source: chosen by hand: half of the recording.
-    steps : float, count per frame
-        Offsets that are tried between two frames. Source: chosen by hand; a parabola refines them.
-    least : float, share
-        Least share of the force that the features explain at the best offset.
-        Source: chosen by hand: below it the two belong to different recordings.
-    most : int, count
-        Most offsets that are tried. Source: chosen by hand: a second on one core.
-    ridge : float, share
-        Penalty of the regression. Source: chosen by hand: features that are multiples of others
-        do no harm.
-    """
-
-    overlap: float = 0.5
-    steps: float = 2.0
-    least: float = 0.5
-    most: int = 2000
-    ridge: float = 1e-4
-
-
-CLOCK_OFFSET = ClockOffsetParameters()
-"""The values in use."""
+    # [share] Share of the frames that must still have a force. Source: by hand, : half of the
+    # recording.
+    overlap = 0.5
+    # [count per frame] Offsets that are tried between two frames. Source: by hand, a parabola
+    # refines them.
+    steps = 2.0
+    # [share] Least share of the force that the features explain at the best offset. Source: by
+    # hand, : below it the two belong to different recordings.
+    least = 0.5
+    most = 2000  # [count] Most offsets that are tried. Source: by hand, : a second on one core.
+    # [share] Penalty of the regression. Source: by hand, : features that are multiples of others
+    # do no harm.
+    ridge = 1e-4
 
 
 class ClockOffset(NamedTuple):

@@ -9,28 +9,16 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 
 
-class ForceErrorParameters(NamedTuple):
-    """Parameters of the fit. Nothing sets them from outside.
+class FORCE_ERRORS:
+    """Parameters of the fit. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    within : float, share
-        Share of the errors that are smaller than one standard deviation.
-        Source: definition: of normal errors, 68.27 %.
-    rounds : int, count
-        Rounds of reweighting. Source: chosen by hand; the third changes nothing.
-    least : float, share of the largest error
-        Least standard deviation. Source: chosen by hand: a perfect fit has no standard deviation
-        of zero, which nothing could be compared with.
-    """
-
-    within: float = 0.6827
-    rounds: int = 4
-    least: float = 1e-3
-
-
-FORCE_ERRORS = ForceErrorParameters()
-"""The values in use."""
+    # [share] Share of the errors that are smaller than one standard deviation. Source:
+    # definition: of normal errors, 68.27 %.
+    within = 0.6827
+    rounds = 4  # [count] Rounds of reweighting. Source: by hand, the third changes nothing.
+    # [share of the largest error] Least standard deviation. Source: by hand, : a perfect fit has
+    # no standard deviation of zero, which nothing could be compared with.
+    least = 1e-3
 
 
 class ForceError(NamedTuple):

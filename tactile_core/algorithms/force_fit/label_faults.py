@@ -2,48 +2,31 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp
 
 
-class LabelFaultParameters(NamedTuple):
-    """Limits of a healthy load cell. Nothing sets them from outside.
+class LABEL_FAULTS:
+    """Limits of a healthy load cell. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    plateau : int, count
-        Equal values at the extreme, in a row, that mean clipping.
-        Source: chosen by hand: a cell's noise repeats no value that often.
-    extreme : float, share of the range
-        A plateau within this distance of the extreme counts.
-        Source: chosen by hand: less than any noise.
-    offset : float, share of the largest force
-        Mean at rest that means that the cell was not zeroed.
-        Source: chosen by hand: that of a force that a user would see in every result.
-    still : float, share of the largest feature
-        A frame is at rest if the mean of its features is below it.
-        Source: chosen by hand: noise is below it, and a contact of a tenth of the force above.
-    fewest : int, count
-        Fewest frames at rest from which an offset is known. Source: chosen by hand.
-    pressed, released : float, share of the largest force
-        A press begins above the one and ends below the other.
-        Source: chosen by hand: so far apart that noise ends no press.
-    """
-
-    plateau: int = 5
-    extreme: float = 1e-6
-    offset: float = 0.1
-    still: float = 0.05
-    fewest: int = 3
-    pressed: float = 0.3
-    released: float = 0.05
-
-
-LABEL_FAULTS = LabelFaultParameters()
-"""The values in use."""
+    # [count] Equal values at the extreme, in a row, that mean clipping. Source: by hand, : a
+    # cell's noise repeats no value that often.
+    plateau = 5
+    # [share of the range] A plateau within this distance of the extreme counts. Source: by hand,
+    # : less than any noise.
+    extreme = 1e-6
+    # [share of the largest force] Mean at rest that means that the cell was not zeroed. Source:
+    # by hand, : that of a force that a user would see in every result.
+    offset = 0.1
+    # [share of the largest feature] A frame is at rest if the mean of its features is below it.
+    # Source: by hand, : noise is below it, and a contact of a tenth of the force above.
+    still = 0.05
+    fewest = 3  # [count] Fewest frames at rest from which an offset is known
+    # [share of the largest force] A press begins above the one and ends below the other. Source:
+    # by hand, : so far apart that noise ends no press.
+    pressed = 0.3
+    released = 0.05
 
 
 def is_clipped(force: Float64) -> bool:

@@ -10,22 +10,13 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64, Intp
 
 
-class ForceRidgeParameters(NamedTuple):
-    """Parameters of the regression. Nothing sets them from outside.
+class FORCE_RIDGE:
+    """Parameters of the regression. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    penalties : tuple of float, share of a feature's mean square
-        Penalties that are tried; the one with the least error on held-out sequences is used.
-        Source: definition: from none that matters to one that removes all but the strongest
-        features, in steps finer than the minimum is sharp.
-    """
-
+    # [share of a feature's mean square] Penalties that are tried; the one with the least error on
+    # held-out sequences is used. Source: definition: from none that matters to one that removes
+    # all but the strongest features, in steps finer than the minimum is sharp.
     penalties: tuple[float, ...] = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
-
-
-FORCE_RIDGE = ForceRidgeParameters()
-"""The values in use."""
 
 
 class RidgeFit(NamedTuple):

@@ -47,7 +47,7 @@ class Scene:
     def paired(self, expected_px: Array, within_px: Array, found_px: Array | None = None) -> Intp:
         """Match markers with all detections, or with those given; see :func:`paired`."""
         found_px = self.found_px if found_px is None else found_px
-        return paired(expected_px, found_px, within_px, compiled=self.around.compiled)
+        return paired(expected_px, found_px, within_px)
 
     def steps(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """Step (N, 2) of each marker from ``base_px``, 0 if unmatched, and which are matched."""

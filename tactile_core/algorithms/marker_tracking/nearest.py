@@ -1,11 +1,10 @@
-"""Nearest points, from a k-d tree or, among few, from all distances."""
+"""Nearest points."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.distances import are_few, distances
 from tactile_core.algorithms.arrays.types import Array
 
 
@@ -16,8 +15,6 @@ def nearest(
 
     Beyond ``within`` the distance is infinite and the index is ``len(among)``.
     """
-    if are_few(places, among) and len(among) >= count:
-        return _nearest_of_all(places, among, count, within)
     from scipy.spatial import KDTree
 
     ranks = list(range(1, count + 1))
@@ -37,18 +34,3 @@ def closest_of(places: Array, among: Array) -> NDArray[np.intp]:
     factors = np.empty((len(places), 3))
     factors[:, :2], factors[:, 2] = places, -0.5
     return np.asarray((factors @ points).argmax(axis=1))
-
-
-def _nearest_of_all(
-    places: Array, among: Array, count: int, within: float
-) -> tuple[Array, NDArray[np.intp]]:
-    """Return what :func:`nearest` does, from all distances; there are at least ``count`` points."""
-    if count == 1:
-        index = closest_of(places, among)[:, None]
-    else:
-        index = distances(places, among).argsort(axis=1, kind="stable")[:, :count]
-    x, y = np.moveaxis(among[index] - places[:, None], -1, 0)
-    distance = np.sqrt(x * x + y * y)
-    beyond = distance >= within
-    distance[beyond], index[beyond] = np.inf, len(among)
-    return distance, index

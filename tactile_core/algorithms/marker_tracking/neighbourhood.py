@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.marker_tracking.nearest import nearest
@@ -36,8 +35,6 @@ class Neighbourhood:
         Median distance between nearest neighbours.
     nearest_px : (N,) float64
         Distance of each marker's nearest neighbour, at most the pitch.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     References
     ----------
@@ -53,10 +50,9 @@ class Neighbourhood:
     apart: Array
     pitch_px: float
     nearest_px: Array
-    compiled: bool = False
 
     @classmethod
-    def of(cls, places_px: Array, *, compiled: bool = False) -> Neighbourhood:
+    def of(cls, places_px: Array) -> Neighbourhood:
         """Return the neighbourhood of (N, 2) markers; N is at least 2."""
         count = len(places_px)
         wanted = min(NEIGHBOURHOOD.neighbours, count - 1)
@@ -82,14 +78,10 @@ class Neighbourhood:
             apart,
             pitch,
             np.minimum(distance[:, 0], pitch),
-            compiled,
         )
 
     def spacing_px(self, places_px: Array) -> Array:
         """Distance (N,) to the nearest neighbour, in the reference or at (N, 2), the shorter."""
-        loops = kernels.chosen(self.compiled)
-        if loops is not None:
-            return np.asarray(loops.spacing(places_px, self.index, self.nearest_px))
         # neighbour by neighbour: a minimum over the first axis is many times faster
         x, y = (side.take(self.index.T) - side for side in places_px.T)
         return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
@@ -108,9 +100,6 @@ class Neighbourhood:
         (N, 2) float64
             0 where no neighbour has a weight.
         """
-        loops = kernels.chosen(self.compiled)
-        if loops is not None:
-            return np.asarray(loops.neighbours_plane(self.index, self.moments, values, trust))
         if trust.all() and trust.min() == trust.max():
             return self.plane(values)
         return self._predicted(_shares(self.moments, trust.take(self.index)), values)

@@ -7,14 +7,12 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH
 
+# Pitches: half a pitch, where the next marker is as near, less the error of a position.
 _HALF = 0.45
-"""Pitches: half a pitch, where the next marker is as near, less the error of a position."""
 
-_FAST = 0.15
-"""Pitches: markers that vanish while others move by less are covered, not outrun."""
+_FAST = 0.15  # Pitches: markers that vanish while others move by less are covered, not outrun
 
-_VANISHED = 0.05
-"""Share of the markers that no object covers from one frame to the next."""
+_VANISHED = 0.05  # Share of the markers that no object covers from one frame to the next
 
 
 def outrun_pitches(step_px: Array, seen_before: Bool, seen: Bool, pitch_px: float) -> float:

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Intp
 from tactile_core.algorithms.marker_tracking.nearest import nearest
 
-UNMATCHED = -1
-"""Index of the detection of a marker that has none."""
+UNMATCHED = -1  # Index of the detection of a marker that has none
 
 
-def paired(
-    expected_px: Array, found_px: Array, within_px: Array, *, compiled: bool = False
-) -> Intp:
+def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
     """Match markers with detections that are mutually nearest.
 
     Parameters
@@ -25,17 +21,12 @@ def paired(
         Detections.
     within_px : (N,) float64
         Search radius of each marker; negative for a marker that is not matched.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (N,) intp
         Index of each marker's detection, or -1.
     """
-    loops = kernels.chosen(compiled)
-    if loops is not None and len(found_px) and (within_px >= 0).any():
-        return np.asarray(loops.mutual_nearest(expected_px, found_px, within_px))
     return np.asarray(pairings(expected_px[None], found_px, within_px)[0])
 
 

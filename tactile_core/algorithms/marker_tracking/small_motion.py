@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.nearest import closest_of
@@ -12,8 +11,8 @@ from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import pairings
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
 
+# Distances of markers and detections up to which all of them are faster than a k-d tree.
 _MOST_DISTANCES = 250_000
-"""Distances of markers and detections up to which all of them are faster than a k-d tree."""
 
 
 def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
@@ -40,17 +39,6 @@ def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) ->
     """
     gate = np.where(searched, SMALL_MOTION.gate_spacings * scene.spacing_px, -1.0)
     enough = max(GROWTH.min_markers, SMALL_MOTION.min_share * np.count_nonzero(searched))
-    loops = kernels.chosen(scene.around.compiled)
-    if loops is not None and len(scene.found_px):
-        around = scene.around
-        owner, small, smooth = loops.small_step(
-            (last_px, momentum_px, scene.found_px),
-            gate,
-            GROWTH.accepted_spacings * scene.spacing_px,
-            (around.index, around.moments),
-            (SMALL_MOTION.max_misfits, enough, GROWTH.min_neighbours),
-        )
-        return owner, np.array([small, smooth])
     base_px = last_px + momentum_px
     owner, without_momentum = pairings(np.stack([base_px, last_px]), scene.found_px, gate)
     both = (without_momentum >= 0) & (owner >= 0)
@@ -78,33 +66,12 @@ def steady(
     Returns
     -------
     px, momentum_px : (N, 2) float64
-        Present positions, and predicted next steps. None if not all markers do.
+        Present positions, and predicted next steps. None if not all markers do, and where it
+        takes a closer look to say.
     """
-    if len(found_px) < len(last_px):
-        return None
-    loops = kernels.chosen(around.compiled)
-    if loops is None:
-        if len(found_px) * len(last_px) > _MOST_DISTANCES:
-            return None
-        return _followed(around, last_px, momentum_px, found_px)
-    follows, px, next_px = loops.steady_step(
-        (last_px, momentum_px, found_px),
-        (around.index, around.shares, around.nearest_px),
-        (
-            SMALL_MOTION.gate_spacings,
-            GROWTH.accepted_spacings,
-            SMALL_MOTION.max_misfits,
-            TRACKER.momentum,
-        ),
-    )
-    return (px, next_px) if follows else None
-
-
-def _followed(
-    around: Neighbourhood, last_px: Array, momentum_px: Array, found_px: Array
-) -> tuple[Array, Array] | None:
-    """Do the same in numpy; None also where it takes a closer look to say."""
     count, base_px = len(last_px), last_px + momentum_px
+    if len(found_px) < count or len(found_px) * count > _MOST_DISTANCES:
+        return None
     expected_px = np.concatenate([base_px, last_px])
     closest = closest_of(expected_px, found_px)
     step_px = found_px.take(closest, axis=0) - expected_px

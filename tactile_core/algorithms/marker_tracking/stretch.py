@@ -2,66 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.distances import are_few, distances
 from tactile_core.algorithms.arrays.quantile import sigma_of
 from tactile_core.algorithms.arrays.regression import terms
 from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 
-class StretchParameters(NamedTuple):
-    """Parameters of the test for a stretched lattice. They are relative to the pitch.
+class STRETCH:
+    """Parameters of the test for a stretched lattice. They are relative to the pitch."""
 
-    Attributes
-    ----------
-    min_markers : int, count
-        With fewer markers, none of them near the border, no contact is reported.
-        Source: chosen by hand; no script derives it.
-    neighbours : int, count
-        Nearest points whose mean distance is the local spacing, the marker itself included.
-        Source: the four nearest neighbours in a square lattice.
-    border_pitches : float, pitches
-        Markers closer to the border lack neighbours and are left out.
-        Source: chosen by hand, less than one row; no script derives it.
-    nearest_pair_pitches, farthest_pair_pitches : float, pitches
-        Range of distances of the pairs whose spacings are compared.
-        Source: chosen by hand around two pitches, where markers share no neighbour spacing.
-    correlated_spacing : float, pitches
-        Standard deviation of the part of the spacing that such pairs share, above which a contact
-        stretches the lattice.
-        Source: chosen by hand; no script derives it.
-    rounds : int, count
-        Rounds of the robust trend.
-        Source: chosen by hand; no script derives it.
-    outlier_sigmas : float, noise sigmas
-        Residual at which a marker has half its weight in the trend.
-        Source: chosen by hand; no script derives it.
-    clip_sigmas : float, noise sigmas
-        Residuals are clipped at this many.
-        Source: chosen by hand; no script derives it.
-    min_sigma : float, pitches
-        Added to the noise sigma, for a perfect lattice.
-        Source: chosen by hand; no script derives it.
-    """
-
-    min_markers: int = 25
-    neighbours: int = 5
-    border_pitches: float = 0.7
-    nearest_pair_pitches: float = 1.6
-    farthest_pair_pitches: float = 2.3
-    correlated_spacing: float = 0.006
-    rounds: int = 4
-    outlier_sigmas: float = 2.0
-    clip_sigmas: float = 4.0
-    min_sigma: float = 1e-3
-
-
-STRETCH = StretchParameters()
-"""The values in use."""
+    # [count] With fewer markers, none of them near the border, no contact is reported.
+    min_markers = 25
+    # [count] Nearest points whose mean distance is the local spacing, the marker itself included.
+    # Source: the four nearest neighbours in a square lattice.
+    neighbours = 5
+    # [pitches] Markers closer to the border lack neighbours and are left out. Source: by hand,
+    # less than one row.
+    border_pitches = 0.7
+    # [pitches] Range of distances of the pairs whose spacings are compared. Source: by hand,
+    # around two pitches, where markers share no neighbour spacing.
+    nearest_pair_pitches = 1.6
+    farthest_pair_pitches = 2.3
+    # [pitches] Standard deviation of the part of the spacing that such pairs share, above which a
+    # contact stretches the lattice.
+    correlated_spacing = 0.006
+    rounds = 4  # [count] Rounds of the robust trend
+    # [noise sigmas] Residual at which a marker has half its weight in the trend.
+    outlier_sigmas = 2.0
+    clip_sigmas = 4.0  # [noise sigmas] Residuals are clipped at this many
+    min_sigma = 1e-3  # [pitches] Added to the noise sigma, for a perfect lattice
 
 
 def shows_contact(places_px: NDArray[Any]) -> bool:
@@ -98,8 +71,6 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
 
 def _pairs(places_px: NDArray[Any], within_px: float) -> NDArray[np.intp]:
     """Indices (E, 2) of the pairs of points at most this far apart, the lower index first."""
-    if are_few(places_px, places_px):
-        return np.argwhere(np.triu(distances(places_px, places_px) <= within_px, 1))
     from scipy.spatial import KDTree
 
     pairs = KDTree(places_px).query_pairs(within_px, output_type="ndarray")

@@ -30,8 +30,6 @@ class MarkerTracker:
     ----------
     reference_px : (N, 2) float
         The markers on the undeformed gel surface.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Attributes
     ----------
@@ -55,12 +53,12 @@ class MarkerTracker:
        of the American Statistical Association 74(368), 1979.
     """
 
-    def __init__(self, reference_px: Array, *, compiled: bool = False) -> None:
+    def __init__(self, reference_px: Array) -> None:
         self.reference_px = np.asarray(reference_px, np.float64).reshape(-1, 2)
         count = len(self.reference_px)
         self._around: Neighbourhood | None = None
         if count >= GROWTH.min_markers:
-            self._around = Neighbourhood.of(self.reference_px, compiled=compiled)
+            self._around = Neighbourhood.of(self.reference_px)
             self._low_px = self.reference_px.min(axis=0)
             self._high_px = self.reference_px.max(axis=0)
         self.px = self.reference_px.copy()

@@ -3,54 +3,37 @@
 from __future__ import annotations
 
 from functools import cache
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, UInt8
 from tactile_core.errors import InputError
 
-FULL = 255
-"""Contrast of a pixel that reflects no light at all."""
+FULL = 255  # Contrast of a pixel that reflects no light at all
 
 
-class ContrastParameters(NamedTuple):
-    """Parameters of the marker contrast. They are relative to a marker's size and to the light.
+class CONTRAST:
+    """Parameters of the marker contrast. They are relative to a marker's size and to the light."""
 
-    Attributes
-    ----------
-    closing_diameters : float, marker diameters
-        Side of the square of the closing that estimates the background. Darker structures that
-        are wider than this are background.
-        Source: chosen on recorded markers (ADR 25).
-    darkest_background : float, share of full scale
-        Lower bound of the background, so that noise in a dark image does not become contrast.
-        Source: chosen by hand; no script derives it.
-    coarse_diameter_px : float, px
-        The image is reduced by a whole factor as long as a marker keeps this diameter.
-        Source: chosen by hand for speed; no script derives it.
-    masked_contrast : float, share of the background
-        Pixels that lose at least this share of the light are masked as marker.
-        Source: chosen by hand; no script derives it.
-    """
-
-    closing_diameters: float = 2.2
-    darkest_background: float = 0.08
-    coarse_diameter_px: float = 6.0
-    masked_contrast: float = 0.12
+    # [marker diameters] Side of the square of the closing that estimates the background. Darker
+    # structures that are wider than this are background. Source: chosen on recorded markers (ADR
+    # 25).
+    closing_diameters = 2.2
+    # [share of full scale] Lower bound of the background, so that noise in a dark image does not
+    # become contrast.
+    darkest_background = 0.08
+    # [px] The image is reduced by a whole factor as long as a marker keeps this diameter. Source:
+    # by hand, for speed.
+    coarse_diameter_px = 6.0
+    # [share of the background] Pixels that lose at least this share of the light are masked as
+    # marker.
+    masked_contrast = 0.12
 
 
-CONTRAST = ContrastParameters()
-"""The values in use."""
-
-
-def contrast_of(
-    pixels: Array, *, diameter_px: float, halves: UInt8 | None = None, compiled: bool = False
-) -> UInt8:
+def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = None) -> UInt8:
     """Return how much darker each pixel is than its background.
 
     The background is a morphological closing of the same frame, wide enough to remove a marker.
@@ -67,8 +50,6 @@ def contrast_of(
         Diameter of a marker.
     halves : (H / 2, W / 2, 3) uint8, optional
         The means over 2 × 2 pixels, if they are known.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -93,9 +74,6 @@ def contrast_of(
     reach = _closing_reach(diameter_px / times)
     if halves is not None and times % 2 == 0:
         pixels, times = halves, times // 2
-    loops = kernels.chosen(compiled) if _is_colour(pixels) else None
-    if loops is not None:
-        return _looped(loops, pixels, times, reach)
     brightness = brightness_of(pixels, times)
     background = _closed(brightness, reach)
     lost = cv2.subtract(background, brightness)
@@ -120,19 +98,6 @@ def check_image(pixels: Array) -> None:
     """
     if pixels.ndim not in (2, 3) or 0 in pixels.shape:
         raise InputError(f"an image is (H, W) or (H, W, K); this one is {pixels.shape}")
-
-
-def _looped(loops: ModuleType, pixels: UInt8, times: int, reach: int) -> UInt8:
-    """Do the same by a compiled loop, which halves an image itself."""
-    height, width = pixels.shape[:2]
-    halves = times % 2 == 0 and height % times == width % times == 0
-    pixels = _reduced(pixels, times // 2 if halves else times)
-    rows, columns = (side // 2 if halves else side for side in pixels.shape[:2])
-    contrast, darkest = np.empty((rows, columns), np.uint8), round(_darkest(FULL))
-    loops.contrast_of_colours(pixels.reshape(len(pixels), -1), reach, np.uint8(darkest), contrast)
-    # read-only, as that of a frame is, so that one compiled kernel takes both
-    contrast.flags.writeable = False
-    return contrast
 
 
 def brightness_of(pixels: Array, times: int) -> Array:
@@ -160,12 +125,8 @@ def _closing_reach(diameter_px: float) -> int:
 def _closed(brightness: Array, reach: int) -> Array:
     closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(reach))
     full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    darkest: Any = _darkest(full)  # OpenCV's type hints omit scalars
+    darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
-
-
-def _darkest(full: float) -> float:
-    return CONTRAST.darkest_background * full
 
 
 def _is_colour(pixels: Array) -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
@@ -12,30 +10,19 @@ from tactile_core.algorithms.markers.detection import find_markers
 from tactile_core.algorithms.markers.lattice import find_marker_diameter
 
 
-class CountParameters(NamedTuple):
-    """Parameters of the comparison. Nothing sets them from outside.
+class COUNT:
+    """Parameters of the comparison. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_share : float, ratio
-        A smaller share of the expected markers is too small.
-        Source: 0.64 to 0.99 on images of seven real and three virtual gels, 0.13 to 0.22 where the
-        diameter is too small to detect them; half also leaves room for a gel smaller than the view.
-    diameter_step : float, ratio
-        Ratio of successive diameters that are tried.
-        Source: chosen by hand; detection tolerates larger deviations.
-    widest : float, pitches
-        Largest diameter that is tried.
-        Source: geometry: the gaps between wider markers are narrower than the markers.
-    """
-
-    least_share: float = 0.5
-    diameter_step: float = 1.15
-    widest: float = 0.55
-
-
-COUNT = CountParameters()
-"""The values in use."""
+    # [ratio] A smaller share of the expected markers is too small. Source: 0.64 to 0.99 on images
+    # of seven real and three virtual gels, 0.13 to 0.22 where the diameter is too small to detect
+    # them; half also leaves room for a gel smaller than the view.
+    least_share = 0.5
+    # [ratio] Ratio of successive diameters that are tried. Source: by hand, detection tolerates
+    # larger deviations.
+    diameter_step = 1.15
+    # [pitches] Largest diameter that is tried. Source: geometry: the gaps between wider markers
+    # are narrower than the markers.
+    widest = 0.55
 
 
 def expected_count(shape: tuple[int, ...], pitch_px: float) -> int:

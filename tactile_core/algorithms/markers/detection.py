@@ -20,7 +20,6 @@ def find_markers(
     diameter_px: float,
     pitch_px: float,
     min_contrast: float = DETECTION.min_marker_contrast,
-    compiled: bool = False,
 ) -> tuple[Float32, Bool]:
     """Detect the printed markers of one frame, of any compact shape.
 
@@ -46,8 +45,6 @@ def find_markers(
         Diameter of a marker and distance between neighbours, in pixels of the image.
     min_contrast : float
         Minimum share of the light that a marker absorbs.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -65,18 +62,16 @@ def find_markers(
     scale = shape[1] / contrast.shape[1], shape[0] / contrast.shape[0]
     size = diameter_px / scale[0]
     darkest = min_contrast * FULL
-    dark, weight, peaks, level = spot_pixels(contrast, size, darkest=darkest, compiled=compiled)
+    dark, weight, peaks, level = spot_pixels(contrast, size, darkest=darkest)
     faintest = max(DETECTION.faintest_peak * level, darkest)
     rim = max(1, round(DETECTION.rim_diameters * size))
-    spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim, compiled=compiled)
-    centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape, compiled)
+    spots = measured_spots(dark, weight, peaks, faintest=faintest, rim=rim)
+    centres, truncated = _markers(spots, pitch_px / scale[0], contrast.shape)
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), truncated
 
 
-def _markers(
-    spots: Spots, pitch: float, shape: tuple[int, ...], compiled: bool
-) -> tuple[Float64, Bool]:
+def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float64, Bool]:
     """Centres (N, 2) of the spots that are markers, and whether the border truncates them."""
     kinds = kinds_of(spots)
     marker, mass, half_size = kinds.marker, kinds.mass, kinds.half_size

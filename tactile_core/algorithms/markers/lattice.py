@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
@@ -12,76 +10,44 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.markers.contrast import background_of, brightness_of, check_image
 
 
-class LatticeParameters(NamedTuple):
-    """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried.
+class LATTICE:
+    """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried."""
 
-    Attributes
-    ----------
-    smallest_diameter_px : float, px
-        The first diameter tried; smaller markers have too few pixels for a shape.
-        Source: chosen by hand; no script derives it.
-    diameters_per_side : float, ratio
-        The largest diameter tried fits this many times into the shorter side of the image.
-        Source: chosen by hand: larger markers leave room for only a few.
-    diameter_step : float, ratio
-        Ratio of successive diameters.
-        Source: chosen by hand; less than ``diameter_ratio``, so that the searches overlap.
-    smoothing_px, smoothing_diameters : float, px and marker diameters
-        Standard deviation of the Gaussian before the search: a constant plus a share of the
-        diameter.
-        Source: chosen by hand; no script derives it.
-    peak_share : float, share of the typical peak
-        A spot is the pixels whose contrast exceeds this share.
-        Source: half of the maximum, the usual definition of a blurred width.
-    diameter_ratio : float, ratio
-        Spots count whose diameter differs from the one tried by less than this factor.
-        Source: chosen by hand; no script derives it.
-    min_contrast : float, share of the background
-        Minimum of the typical contrast of the spots.
-        Source: chosen by hand; no script derives it.
-    min_markers : int, count
-        Fewest spots that form a lattice.
-        Source: chosen by hand; fewer are found in textures, too.
-    regular_share : float, share of the spots
-        Share of the spots that must have their nearest neighbour at the pitch.
-        Source: chosen by hand; no script derives it.
-    pitch_tolerance : float, pitches
-        Deviation of the distance to the nearest neighbour that counts as regular.
-        Source: chosen by hand; no script derives it.
-    min_pitch_diameters : float, marker diameters
-        Minimum pitch; a weave has spots that nearly touch.
-        Source: chosen by hand, at half of the three diameters of the 2015 paper.
-    min_area, min_area_px : float, squared diameters and px
-        Smallest area of a spot that contributes to the typical peak, and of any spot.
-        Source: chosen by hand; no script derives it.
-    fill : float, share of the bounding box
-        Minimum area of a compact spot.
-        Source: chosen by hand, below the π/4 of a disc.
-    aspect : float, ratio
-        Maximum ratio of the sides of the bounding box of a compact spot.
-        Source: chosen by hand; no script derives it.
-    """
-
-    smallest_diameter_px: float = 3.0
-    diameters_per_side: float = 10.0
-    diameter_step: float = 1.25
-    smoothing_px: float = 0.3
-    smoothing_diameters: float = 0.08
-    peak_share: float = 0.5
-    diameter_ratio: float = 1.45
-    min_contrast: float = 0.1
-    min_markers: int = 12
-    regular_share: float = 0.7
-    pitch_tolerance: float = 0.2
-    min_pitch_diameters: float = 1.5
-    min_area: float = 0.2
+    # [px] The first diameter tried; smaller markers have too few pixels for a shape.
+    smallest_diameter_px = 3.0
+    # [ratio] The largest diameter tried fits this many times into the shorter side of the image.
+    # Source: by hand, : larger markers leave room for only a few.
+    diameters_per_side = 10.0
+    # [ratio] Ratio of successive diameters. Source: by hand, less than ``diameter_ratio``, so
+    # that the searches overlap.
+    diameter_step = 1.25
+    # [px and marker diameters] Standard deviation of the Gaussian before the search: a constant
+    # plus a share of the diameter.
+    smoothing_px = 0.3
+    smoothing_diameters = 0.08
+    # [share of the typical peak] A spot is the pixels whose contrast exceeds this share. Source:
+    # half of the maximum, the usual definition of a blurred width.
+    peak_share = 0.5
+    # [ratio] Spots count whose diameter differs from the one tried by less than this factor.
+    diameter_ratio = 1.45
+    min_contrast = 0.1  # [share of the background] Minimum of the typical contrast of the spots
+    # [count] Fewest spots that form a lattice. Source: by hand, fewer are found in textures, too.
+    min_markers = 12
+    # [share of the spots] Share of the spots that must have their nearest neighbour at the pitch.
+    regular_share = 0.7
+    # [pitches] Deviation of the distance to the nearest neighbour that counts as regular.
+    pitch_tolerance = 0.2
+    # [marker diameters] Minimum pitch; a weave has spots that nearly touch. Source: by hand, at
+    # half of the three diameters of the 2015 paper.
+    min_pitch_diameters = 1.5
+    # [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and
+    # of any spot.
+    min_area = 0.2
     min_area_px: float = 3
-    fill: float = 0.55
-    aspect: float = 2.0
-
-
-LATTICE = LatticeParameters()
-"""The values in use."""
+    # [share of the bounding box] Minimum area of a compact spot. Source: by hand, below the π/4
+    # of a disc.
+    fill = 0.55
+    aspect = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
 
 
 def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
 from tactile_core.algorithms.markers.contrast import CONTRAST, FULL, contrast_of, square
@@ -44,7 +43,6 @@ def mask_of(
     shape: tuple[int, ...],
     *,
     min_contrast: float = CONTRAST.masked_contrast,
-    compiled: bool = False,
 ) -> Bool:
     """Threshold the marker contrast, and add a rim of one pixel.
 
@@ -56,19 +54,11 @@ def mask_of(
         Shape of the image.
     min_contrast : float
         Minimum share of the light that a marker absorbs.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     (H, W) bool
     """
-    loops = kernels.chosen(compiled)
-    doubled = (2 * contrast.shape[0], 2 * contrast.shape[1])
-    if loops is not None and shape in (contrast.shape, doubled):
-        mask = np.empty(shape, np.uint8)
-        loops.dark_mask(contrast, np.uint8(min_contrast * FULL), mask)
-        return mask.view(np.bool_)
     _, above = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = np.asarray(above, np.uint8)
     if shape == (2 * dark.shape[0], 2 * dark.shape[1]):

@@ -7,16 +7,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.markers.contrast import FULL, square
 from tactile_core.algorithms.markers.parameters import DETECTION
 
 _SQUARES = np.arange(FULL + 1) ** 2
-
-_TAPS = (0, 0, 16), (0, 4, 8), (1, 4, 6)
-"""Weights, in sixteenths, with which OpenCV smooths by a kernel of 1, 3 and 5 pixels: two pixels
-away, one pixel away, and of the pixel."""
 
 
 class SpotPixels(NamedTuple):
@@ -40,9 +35,7 @@ class SpotPixels(NamedTuple):
     level: float
 
 
-def spot_pixels(
-    contrast: UInt8, size_px: float, *, darkest: float, compiled: bool = False
-) -> SpotPixels:
+def spot_pixels(contrast: UInt8, size_px: float, *, darkest: float) -> SpotPixels:
     """Find the pixels of the dark spots of a frame.
 
     Parameters
@@ -53,8 +46,6 @@ def spot_pixels(
         Diameter of a marker, in pixels of the contrast.
     darkest : float
         Lower bound of the typical contrast.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -65,14 +56,6 @@ def spot_pixels(
         int(diameters * size_px / 2)
         for diameters in (DETECTION.opening_diameters, DETECTION.peak_diameters)
     )
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        if smoothing >= len(_TAPS):
-            contrast, smoothing = _smoothed(contrast, smoothing), 0
-        shares = DETECTION.marker_share, DETECTION.background_share, DETECTION.min_contrast
-        step = DETECTION.sample_step_px
-        given = _TAPS[smoothing], opening, reach, shares, darkest, step
-        return SpotPixels(*loops.spot_pixels(contrast, *given))
     smooth = _smoothed(contrast, smoothing)
     thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(opening)), np.uint8)
     peaks = np.asarray(cv2.dilate(thick, square(reach)), np.uint8)

@@ -9,17 +9,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp, UInt8
 from tactile_core.algorithms.markers.contrast import square
 
 UInt16 = NDArray[np.uint16]
 
-_MAX_LABELS = 2**16 - 1
-"""As many labels as 16 bits hold."""
+_MAX_LABELS = 2**16 - 1  # As many labels as 16 bits hold
 
+# Variance of the position within one pixel, that of a uniform distribution of unit width.
 _PIXEL_VARIANCE_PX2 = 1 / 12
-"""Variance of the position within one pixel, that of a uniform distribution of unit width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +69,7 @@ class Spots:
         )
 
 
-def measured_spots(
-    dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int, compiled: bool = False
-) -> Spots:
+def measured_spots(dark: UInt8, weight: UInt8, peaks: UInt8, *, faintest: float, rim: int) -> Spots:
     """Measure each connected spot, including a rim that contains its blurred edge.
 
     Parameters
@@ -88,17 +84,11 @@ def measured_spots(
         Spots with a lower peak are left out.
     rim : int
         Width of the rim, px.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
     Spots
     """
-    loops = kernels.chosen(compiled)
-    if loops is not None:
-        variance = _PIXEL_VARIANCE_PX2
-        return Spots(*loops.measured_spots(dark, weight, peaks, faintest, rim, variance))
     moments, truncated = _moments(dark, weight, rim)
     mass = np.maximum(moments[0], 1e-9)
     means = moments[1:] / mass

@@ -53,12 +53,12 @@ def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
     return first + second, -(penultimate + last)
 
 
+# Filter along a slope. Its mean over two neighbours is then the mean slope between them.
 ALONG = np.array([-1, 14, -1], np.float32) / 12
-"""Filter along a slope. Its mean over two neighbours is then the mean slope between them."""
 
 ALONG_MEANS = np.array([0.0213, -0.1998, 1.357, -0.1998, 0.0213], np.float32)
+# Filters along and across slopes that are means over 2 × 2 smaller cells.
 ACROSS_MEANS = np.array([-1, 34, -1], np.float32) / 32
-"""Filters along and across slopes that are means over 2 × 2 smaller cells."""
 
 
 def between_cells(gx: Float32, gy: Float32, *, averaged: bool = False) -> tuple[Float32, Float32]:

@@ -10,7 +10,6 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.poisson.divergence import double_divergence
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
-from tactile_core.algorithms.poisson.tridiagonal import TridiagonalLaplacian
 from tactile_core.errors import InputError
 
 _BOUNDARIES = get_args(Boundary)
@@ -24,8 +23,6 @@ class PoissonSolver:
     shape : (height, width) in px
     mm_per_px : float
     boundary : "neumann" or "dirichlet"
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Raises
     ------
@@ -45,13 +42,11 @@ class PoissonSolver:
         *,
         mm_per_px: float,
         boundary: Boundary = "neumann",
-        compiled: bool = False,
     ) -> None:
         _check_arguments(shape, mm_per_px, boundary)
         self.shape = shape
         self.mm_per_px = mm_per_px
         self.boundary = boundary
-        self._compiled = compiled
 
     def solve(self, gx: Array, gy: Array) -> Float32:
         """Return the height in mm.
@@ -72,12 +67,9 @@ class PoissonSolver:
         """
         _check_shapes(self.shape, gx, gy)
         gx, gy = (np.ascontiguousarray(g, np.float32) for g in (gx, gy))
-        inverse = laplacian(self.shape, self.boundary, compiled=self._compiled)
-        if isinstance(inverse, TridiagonalLaplacian) and min(self.shape) > 1:
-            return _checked(inverse.integrated(gx, gy, self.mm_per_px))
         rhs = double_divergence(gx, gy, self.boundary)
         rhs *= np.float32(0.5 * self.mm_per_px)
-        return _checked(inverse.solve(rhs))
+        return _checked(laplacian(self.shape, self.boundary).solve(rhs))
 
 
 def integrate(

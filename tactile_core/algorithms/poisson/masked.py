@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,25 +11,11 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
 
 
-class MaskedParameters(NamedTuple):
-    """Parameters of the iterative solution. Nothing sets them: they decide its time alone.
+class MASKED:
+    """Parameters of the iterative solution. Nothing sets them: they decide its time alone."""
 
-    Attributes
-    ----------
-    tolerance : float, ratio
-        Norm of the residual over that of the right-hand side.
-        Source: chosen by hand; no script derives it.
-    most_rounds : int, count
-        Iterations after which the equations are solved directly.
-        Source: chosen by hand; no script derives it.
-    """
-
-    tolerance: float = 1e-9
-    most_rounds: int = 150
-
-
-MASKED = MaskedParameters()
-"""The values in use."""
+    tolerance = 1e-9  # [ratio] Norm of the residual over that of the right-hand side
+    most_rounds = 150  # [count] Iterations after which the equations are solved directly
 
 
 def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:

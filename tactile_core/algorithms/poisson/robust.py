@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
@@ -12,25 +10,15 @@ from tactile_core.algorithms.poisson.laplacian import laplacian
 from tactile_core.errors import InputError
 
 
-class RobustParameters(NamedTuple):
-    """Parameters that no option of ``core.robust_poisson`` sets: they depend on no sensor.
+class ROBUST:
+    """Parameters that no option of ``core.robust_poisson`` sets: they depend on no sensor."""
 
-    Attributes
-    ----------
-    step_slope : float, slope
-        Step of the multipliers. It decides how fast the rounds converge, not to which height.
-        Source: chosen by hand; no script derives it.
-    filled_weight : float, ratio
-        Weight of slopes that were filled in, so that any measured slope around them prevails.
-        Source: chosen by hand (ADR 11); no script derives it.
-    """
-
-    step_slope: float = 0.2
-    filled_weight: float = 0.1
-
-
-ROBUST = RobustParameters()
-"""The values in use."""
+    # [slope] Step of the multipliers. It decides how fast the rounds converge, not to which
+    # height.
+    step_slope = 0.2
+    # [ratio] Weight of slopes that were filled in, so that any measured slope around them
+    # prevails. Source: by hand, (ADR 11).
+    filled_weight = 0.1
 
 
 def integrate_robustly(
@@ -41,7 +29,6 @@ def integrate_robustly(
     valid: Bool | None = None,
     outlier_slope: float = 0.02,
     rounds: int = 8,
-    compiled: bool = False,
 ) -> Float32:
     """Integrate slopes robustly against a few outliers.
 
@@ -71,8 +58,6 @@ def integrate_robustly(
         the sizes of the residuals (L1).
     rounds : int
         Iterations; each takes about as long as ``integrate``.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`.
 
     Returns
     -------
@@ -95,10 +80,10 @@ def integrate_robustly(
        Journal on Imaging Sciences 2(2), 2009.
     """
     gx, gy = np.asarray(gx), np.asarray(gy)
-    height = PoissonSolver(gx.shape, mm_per_px=mm_per_px, compiled=compiled).solve(gx, gy)
+    height = PoissonSolver(gx.shape, mm_per_px=mm_per_px).solve(gx, gy)
     if valid is not None and valid.shape != height.shape:
         raise InputError(f"valid is {valid.shape} where the slopes are {height.shape}")
-    inverse = laplacian(height.shape, "neumann", np.float32, compiled=compiled)
+    inverse = laplacian(height.shape, "neumann", np.float32)
     rise = _at_faces(gx, gy) * np.float32(mm_per_px)
     weight = None if valid is None or valid.all() else _weights(valid)
     most = np.float32(ROBUST.step_slope * mm_per_px)

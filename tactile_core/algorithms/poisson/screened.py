@@ -3,35 +3,23 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
 
 
-class ScreenedParameters(NamedTuple):
-    """Parameters of the iterative solution. Nothing sets them: they trade time for digits.
+class SCREENED:
+    """Parameters of the iterative solution. Nothing sets them: they trade time for digits."""
 
-    Attributes
-    ----------
-    tolerance : float, ratio
-        Norm of the preconditioned residual over that of the source.
-        Source: chosen by hand: heights of presses differ by less than 0.1 µm from those at 1e-6.
-    most_rounds : int, count
-        Upper bound of the iterations, of which 3 to 6 are usual.
-        Source: chosen by hand; no script derives it.
-    """
-
-    tolerance: float = 5e-3
-    most_rounds: int = 60
+    # [ratio] Norm of the preconditioned residual over that of the source. Source: by hand, :
+    # heights of presses differ by less than 0.1 µm from those at 1e-6.
+    tolerance = 5e-3
+    most_rounds = 60  # [count] Upper bound of the iterations, of which 3 to 6 are usual
 
 
-SCREENED = ScreenedParameters()
-"""The values in use."""
-
+# Keeps the equation of a constant solvable where no cell has a weight.
 _TINY = float(np.finfo(np.float64).tiny)
-"""Keeps the equation of a constant solvable where no cell has a weight."""
 
 
 def solve_screened(source: Array, weight: Array) -> Array:

@@ -12,49 +12,32 @@ from collections import deque
 from typing import NamedTuple
 
 
-class ContactLossParameters(NamedTuple):
-    """Parameters of the strength of a contact and of its loss.
+class CONTACT_LOSS:
+    """Parameters of the strength of a contact and of its loss."""
 
-    Attributes
-    ----------
-    strain : float, pitches
-        Strain of the marker lattice that counts as no contact.
-        Source: lower quartile of the smallest strains of the fingers in recorded grasps, most of
-        which never show the undeformed surface (``experiments/slip_contact_loss.py``).
-    relief : float, share of the light
-        Strength of the imprint that counts as no contact.
-        Source: as ``strain``.
-    settle_s : float, s
-        A contact has settled at the least strength that it keeps for this time, so that a brief
-        touch is not expected to last.
-        Source: chosen by hand, about the time a gripper takes to close.
-    memory_s : float, s
-        Time constant with which the settled strength approaches the present one, so that a
-        relaxing gel is not reported, and the object is forgotten after its loss.
-        Source: chosen by hand: gels relax in seconds; recorded grasps are ranked alike from 1 s on.
-    lost_share : float, share of the strength
-        Loss that counts as slip.
-        Source: half of what held the object.
-    weakest : float, ratio
-        Strength of the weakest contact that is distinguished from none.
-        Source: definition of the strength.
-    uncertainty : float, ratio
-        Uncertainty of a strength, because gels differ.
-        Source: difference of the strengths of two gels without contact, each from its own lower
-        quartiles of strain and relief (``experiments/slip_contact_loss.py``).
-    """
-
-    strain: float = 0.0115
-    relief: float = 0.024
-    settle_s: float = 0.5
-    memory_s: float = 2.0
-    lost_share: float = 0.5
-    weakest: float = 1.0
-    uncertainty: float = 0.5
-
-
-CONTACT_LOSS = ContactLossParameters()
-"""The values in use."""
+    # [pitches] Strain of the marker lattice that counts as no contact. Source: lower quartile of
+    # the smallest strains of the fingers in recorded grasps, most of which never show the
+    # undeformed surface (``experiments/slip_contact_loss.py``).
+    strain = 0.0115
+    # [share of the light] Strength of the imprint that counts as no contact. Source: as
+    # ``strain``.
+    relief = 0.024
+    # [s] A contact has settled at the least strength that it keeps for this time, so that a brief
+    # touch is not expected to last. Source: by hand, about the time a gripper takes to close.
+    settle_s = 0.5
+    # [s] Time constant with which the settled strength approaches the present one, so that a
+    # relaxing gel is not reported, and the object is forgotten after its loss. Source: by hand, :
+    # gels relax in seconds; recorded grasps are ranked alike from 1 s on.
+    memory_s = 2.0
+    # [share of the strength] Loss that counts as slip. Source: half of what held the object.
+    lost_share = 0.5
+    # [ratio] Strength of the weakest contact that is distinguished from none. Source: definition
+    # of the strength.
+    weakest = 1.0
+    # [ratio] Uncertainty of a strength, because gels differ. Source: difference of the strengths
+    # of two gels without contact, each from its own lower quartiles of strain and relief
+    # (``experiments/slip_contact_loss.py``).
+    uncertainty = 0.5
 
 
 def contact_strength(
@@ -169,5 +152,4 @@ class ContactLossTracker:
         return LossOfStrength(strength, settled, max(lost, 0.0))
 
 
-_ROUNDING_S = 1e-6
-"""Slack for rounded timestamps, s."""
+_ROUNDING_S = 1e-6  # Slack for rounded timestamps, s

@@ -8,35 +8,23 @@ from typing import NamedTuple
 from tactile_core.algorithms.slip.slipped_share import slipped_share, slipped_share_std
 
 
-class DegreeParameters(NamedTuple):
-    """Parameters of the degree of slip.
+class DEGREE:
+    """Parameters of the degree of slip."""
 
-    Attributes
-    ----------
-    share_power : float, exponent
-        Exponent of the share of the contact that sticks.
-        Source: chosen by hand on virtual sequences (ADR 29); no script derives it.
-    wide_share_power : float, exponent
-        The same for a contact wider than the view. The middle of an object, which alone is visible,
-        sticks longest.
-        Source: virtual plates warn at the share at which other objects do (ADR 51).
-    deceleration_weight : float, ratio
-        Weight of the deceleration relative to that of the share that slips.
-        Source: chosen on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).
-    turned_weight : float, ratio
-        The same where the surface rather turns: the stick region of a twisted contact decelerates
-        long before it vanishes.
-        Source: virtual turns then reach the degrees of virtual shear (ADR 51).
-    """
-
-    share_power: float = 1.5
-    wide_share_power: float = 2.5
-    deceleration_weight: float = 2.0
-    turned_weight: float = 1.0
-
-
-DEGREE = DegreeParameters()
-"""The values in use."""
+    # [exponent] Exponent of the share of the contact that sticks. Source: by hand, on virtual
+    # sequences (ADR 29).
+    share_power = 1.5
+    # [exponent] The same for a contact wider than the view. The middle of an object, which alone
+    # is visible, sticks longest. Source: virtual plates warn at the share at which other objects
+    # do (ADR 51).
+    wide_share_power = 2.5
+    # [ratio] Weight of the deceleration relative to that of the share that slips. Source: chosen
+    # on virtual turns: AUC of gross slip 0.86, 0.81 with a weight of 1 (ADR 31).
+    deceleration_weight = 2.0
+    # [ratio] The same where the surface rather turns: the stick region of a twisted contact
+    # decelerates long before it vanishes. Source: virtual turns then reach the degrees of virtual
+    # shear (ADR 51).
+    turned_weight = 1.0
 
 
 class Cues(NamedTuple):

@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
 
+class FUSION:
+    """Parameters of the fusion."""
 
-class FusionParameters(NamedTuple):
-    """Parameters of the fusion.
-
-    Attributes
-    ----------
-    imprint_changed : float, share of the imprint's energy
-        Unexplained change of the imprint at which the object slips, default of an option of
-        ``core.slip``.
-        Source: recorded lifts, each object by the others (``benchmarks/slip_lift_folds.py``).
-    release_gain : float, ratio
-        A change counts by this factor more if all of the shear was released meanwhile.
-        Source: chosen on recorded lifts; 2 to 4 rank them equally well.
-    unknown_contact_weight : float, ratio
-        Weight of the field's degree where neither the contact nor the load is known, so that it
-        stays below the degree of an imprint that slips.
-        Source: chosen by hand: the field ranks recorded lifts wrongly there (ADR 29).
-    """
-
-    imprint_changed: float = 0.04
-    release_gain: float = 3.0
-    unknown_contact_weight: float = 0.2
-
-
-FUSION = FusionParameters()
-"""The values in use."""
+    # [share of the imprint's energy] Unexplained change of the imprint at which the object slips,
+    # default of an option of ``core.slip``. Source: recorded lifts, each object by the others
+    # (``benchmarks/slip_lift_folds.py``).
+    imprint_changed = 0.04
+    # [ratio] A change counts by this factor more if all of the shear was released meanwhile.
+    # Source: chosen on recorded lifts; 2 to 4 rank them equally well.
+    release_gain = 3.0
+    # [ratio] Weight of the field's degree where neither the contact nor the load is known, so
+    # that it stays below the degree of an imprint that slips. Source: by hand, : the field ranks
+    # recorded lifts wrongly there (ADR 29).
+    unknown_contact_weight = 0.2
 
 
 def imprint_evidence(

@@ -13,46 +13,28 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
-from tactile_core.algorithms.arrays.types import Array, Float32
-
-_TINY = 1e-12
-"""Added to denominators against division by zero."""
+from tactile_core.algorithms.arrays.types import TINY, Float32
 
 
-class FitParameters(NamedTuple):
-    """Parameters of the fit of a motion.
+class FIT:
+    """Parameters of the fit of a motion."""
 
-    Attributes
-    ----------
-    damping : float, ratio
-        Regularisation of the fit, relative to its diagonal.
-        Source: chosen by hand; it biases a motion by a thousandth.
-    long_step : float, px of the view
-        A longer motion is fitted again, from where the last fit ended.
-        Source: half a pixel, up to which a linear fit is exact for patterns of three pixels.
-    rounds : int, count
-        Most fits of one motion.
-        Source: chosen by hand; a fit that has not converged after four does not converge.
-    """
-
-    damping: float = 1e-3
-    long_step: float = 0.5
-    rounds: int = 4
+    # [ratio] Regularisation of the fit, relative to its diagonal. Source: by hand, it biases a
+    # motion by a thousandth.
+    damping = 1e-3
+    # [px of the view] A longer motion is fitted again, from where the last fit ended. Source:
+    # half a pixel, up to which a linear fit is exact for patterns of three pixels.
+    long_step = 0.5
+    # [count] Most fits of one motion. Source: by hand, a fit that has not converged after four
+    # does not converge.
+    rounds = 4
 
 
-FIT = FitParameters()
-"""The values in use."""
+INNER = slice(1, -1, 2), slice(1, -1)  # Rows and columns in which changes are fitted
 
+_SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a pixel
 
-INNER = slice(1, -1, 2), slice(1, -1)
-"""Rows and columns in which changes are fitted."""
-
-_SQUARE = np.ones((3, 3), np.uint8)
-"""Neighbourhood of a pixel."""
-
-Motion = tuple[float, float, float]
-"""x and y in px of the view, and rotation in rad."""
+Motion = tuple[float, float, float]  # x and y in px of the view, and rotation in rad
 
 
 class Imprint:
@@ -64,8 +46,6 @@ class Imprint:
         0 where it is hidden.
     seen : (h, w) float32
         1 where the surface is visible, else 0.
-    compiled : bool
-        Whether to use compiled loops if they are available.
 
     Attributes
     ----------
@@ -79,25 +59,15 @@ class Imprint:
         RMS distance of the energy from the centroid, px of the view.
     """
 
-    def __init__(self, pattern: Float32, seen: Float32, *, compiled: bool = False) -> None:
-        self.pattern, self.seen, self.compiled = pattern, seen, compiled
+    def __init__(self, pattern: Float32, seen: Float32) -> None:
+        self.pattern, self.seen = pattern, seen
         channels = pattern.shape[2]
         self.count = cv2.sumElems(seen)[0] * channels
-        loops = kernels.chosen(compiled)
-        if loops is not None:
-            self.energy, x, y, square = loops.energy_moments(self.rows)
-            self.centre, self.radius = (x, y), math.sqrt(square)
-            return
         square = cv2.transform(pattern * pattern, np.ones((1, channels), np.float32))
         moments = cv2.moments(square)
-        self.energy, total = moments["m00"], max(moments["m00"], _TINY)
+        self.energy, total = moments["m00"], max(moments["m00"], TINY)
         self.centre = moments["m10"] / total, moments["m01"] / total
         self.radius = math.sqrt((moments["mu20"] + moments["mu02"]) / total)
-
-    @property
-    def rows(self) -> Float32:
-        """The pattern with the channels as separate rows, (h, K, w), for the compiled loops."""
-        return np.ascontiguousarray(self.pattern.transpose(0, 2, 1))
 
     def moved(self, motion: Motion) -> Imprint:
         """Return the imprint after a motion: x, y and rotation about its centroid."""
@@ -111,7 +81,7 @@ class Imprint:
             cv2.warpAffine(np.ascontiguousarray(self.pattern), warp, size, flags=how), np.float32
         )
         seen = np.asarray(cv2.warpAffine(self.seen, warp, size, flags=how), np.float32)
-        return Imprint(pattern.reshape(self.pattern.shape), seen, compiled=self.compiled)
+        return Imprint(pattern.reshape(self.pattern.shape), seen)
 
 
 class Step(NamedTuple):
@@ -162,22 +132,18 @@ def step_between(before: Imprint, now: Imprint) -> Step:
 
 def _linear(before: Imprint, now: Imprint) -> Step:
     """Fit the change of every second row; the others say nearly the same, after smoothing."""
-    loops = kernels.chosen(now.compiled)
-    if loops is None:
-        sums = _sums(before, now)
-    else:
-        sums = loops.fit_sums(before.rows, now.rows, before.seen, now.seen, before.centre)
-    xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = sums.tolist()
-    xx, yy, tt = (square * (1 + FIT.damping) + _TINY for square in (xx, yy, tt))
+    xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = _sums(before, now)
+    xx, yy, tt = (square * (1 + FIT.damping) + TINY for square in (xx, yy, tt))
     # inverse of the symmetric matrix of products, by its cofactors
     of_x = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     of_y = of_x[1], xx * tt - xt * xt, xy * xt - xx * yt
     of_t = of_x[2], of_y[2], xx * yy - xy * xy
     over = 1 / (xx * of_x[0] + xy * of_x[1] + xt * of_x[2])
-    motion = tuple(over * (a * x + b * y + c * t) for a, b, c in (of_x, of_y, of_t))
+    moved = [over * (a * x + b * y + c * t) for a, b, c in (of_x, of_y, of_t)]
+    motion = moved[0], moved[1], moved[2]
     # a growing load strengthens the pattern in place; a weaker pattern may be one that leaves
     explained = x * motion[0] + y * motion[1] + t * motion[2]
-    explained += max(growth, 0.0) ** 2 / max(middle, _TINY)
+    explained += max(growth, 0.0) ** 2 / max(middle, TINY)
     return Step(
         motion,
         changed,
@@ -188,8 +154,12 @@ def _linear(before: Imprint, now: Imprint) -> Step:
     )
 
 
-def _sums(before: Imprint, now: Imprint) -> Array:
-    """Sums (13,) of the fit, as the compiled loop ``fit_sums`` returns them."""
+def _sums(before: Imprint, now: Imprint) -> tuple[float, ...]:
+    """Sums of products over every second row.
+
+    Of the slopes along x, along y and of a turn, in pairs (6); of each with the change (3); squares
+    of the change and of the mean, their product, and the weights (4).
+    """
     channels = now.pattern.shape[2]
     # next to a hidden pixel, the gradient is that of the mask
     both = np.asarray(cv2.erode(before.seen * now.seen, _SQUARE), np.float32)
@@ -217,8 +187,6 @@ def _sums(before: Imprint, now: Imprint) -> Array:
     (xx, _), (xy, yy), (xt, yt) = (lines[:3] @ lines[:2].T).tolist()
     tt, square = (float(line @ line) for line in (lines[2], lines[4]))
     # slopes are a quarter of these differences, and the pattern is half the total
-    of_slopes = np.array([xx, xy, yy, xt, yt, tt]) / 16
-    with_change = np.array([x, y, t]) / -4
-    return np.array(
-        [*of_slopes, *with_change, changed, square / 4, growth / 2, weight.sum()], np.float64
-    )
+    of_slopes = (product / 16 for product in (xx, xy, yy, xt, yt, tt))
+    with_change = (product / -4 for product in (x, y, t))
+    return *of_slopes, *with_change, changed, square / 4, growth / 2, float(weight.sum())

@@ -19,55 +19,38 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.types import Array, UInt8
+from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
 from tactile_core.algorithms.slip.imprint import Imprint, Motion, Step, step_between
 from tactile_core.algorithms.slip.still_noise import StillNoise
 from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
 
-_TINY = 1e-12
-"""Added to denominators against division by zero."""
 
+class IMPRINT:
+    """Parameters of slip from the imprint."""
 
-class ImprintParameters(NamedTuple):
-    """Parameters of slip from the imprint.
-
-    Attributes
-    ----------
-    memory_s : float, s
-        Time constant with which changes are forgotten, so that a grasp that holds again is not
-        reported as slipping.
-        Source: chosen by hand (ADR 28); no script derives it.
-    change_per_mm : float, share of the energy per mm
-        Change of an imprint that sticks, per RMS motion of the markers: the warp between markers is
-        not exact, and the light changes as the surface moves through it.
-        Source: recorded lifts, each object by the others (``benchmarks/slip_lift_folds.py``).
-    elastic_share : float, ratio
-        Largest distance that the object moves over a surface that still sticks, relative to the
-        motion of the surface.
-        Source: at the onset of gross slip the traction is that of Cattaneo and Mindlin, under which
-        the mean displacement of a layer that is thin relative to the contact is two thirds of the
-        object's; the mean slip is half of that displacement. It is less on a thick layer.
-    sheared_quantile : float, share of the markers
-        Quantile of the motion of the markers that is the motion of the surface in contact.
-        Source: chosen by hand; a contact that covers a tenth of the markers is enough.
-    sigmas : float, standard deviations
-        Uncertainty of a distance that does not count as slip.
-        Source: two standard deviations, 2 % of false alarms from noise alone.
-    drift : float, px of the view
-        Distance that does not count as slip either, since interpolated patterns drift.
-        Source: chosen by hand, a fifth of a pixel; no script derives it.
-    """
-
-    memory_s: float = 1.0
-    change_per_mm: float = 0.6
-    elastic_share: float = 0.5
-    sheared_quantile: float = 0.9
-    sigmas: float = 2.0
-    drift: float = 0.2
-
-
-IMPRINT = ImprintParameters()
-"""The values in use."""
+    # [s] Time constant with which changes are forgotten, so that a grasp that holds again is not
+    # reported as slipping. Source: by hand, (ADR 28).
+    memory_s = 1.0
+    # [share of the energy per mm] Change of an imprint that sticks, per RMS motion of the
+    # markers: the warp between markers is not exact, and the light changes as the surface moves
+    # through it. Source: recorded lifts, each object by the others
+    # (``benchmarks/slip_lift_folds.py``).
+    change_per_mm = 0.6
+    # [ratio] Largest distance that the object moves over a surface that still sticks, relative to
+    # the motion of the surface. Source: at the onset of gross slip the traction is that of
+    # Cattaneo and Mindlin, under which the mean displacement of a layer that is thin relative to
+    # the contact is two thirds of the object's; the mean slip is half of that displacement. It is
+    # less on a thick layer.
+    elastic_share = 0.5
+    # [share of the markers] Quantile of the motion of the markers that is the motion of the
+    # surface in contact. Source: by hand, a contact that covers a tenth of the markers is enough.
+    sheared_quantile = 0.9
+    # [standard deviations] Uncertainty of a distance that does not count as slip. Source: two
+    # standard deviations, 2 % of false alarms from noise alone.
+    sigmas = 2.0
+    # [px of the view] Distance that does not count as slip either, since interpolated patterns
+    # drift. Source: by hand, a fifth of a pixel.
+    drift = 0.2
 
 
 @dataclass(frozen=True)
@@ -120,9 +103,7 @@ class ImprintTracker:
         Diameter of a marker.
     mm_per_px : float
     change_per_mm : float
-        Change of an imprint that sticks, as in :class:`ImprintParameters`.
-    compiled : bool
-        Whether to use compiled loops if they are available.
+        Change of an imprint that sticks, as in :class:`IMPRINT`.
 
     Raises
     ------
@@ -138,10 +119,9 @@ class ImprintTracker:
         mm_per_px: float,
         *,
         change_per_mm: float = IMPRINT.change_per_mm,
-        compiled: bool = False,
     ) -> None:
-        self._change_per_mm, self._compiled = change_per_mm, compiled
-        self._view = SurfaceView(pixels, reference_px, diameter_px, compiled=compiled)
+        self._change_per_mm = change_per_mm
+        self._view = SurfaceView(pixels, reference_px, diameter_px)
         self._mm_per_px = mm_per_px
         self.reset()
 
@@ -184,7 +164,7 @@ class ImprintTracker:
         -------
         ImprintChange
         """
-        now = Imprint(*self._view.imprint(pixels, px, halves), compiled=self._compiled)
+        now = Imprint(*self._view.imprint(pixels, px, halves))
         last, before_px, elapsed_s = self._last, self._px, timestamp_s - self._time_s
         self._last, self._px, self._time_s = now, px, timestamp_s
         if last is None or before_px is None:
@@ -207,7 +187,7 @@ class ImprintTracker:
             return 0.0
         noise = self._noise.variance * values
         explained = noise + self._change_per_mm * moved_mm * step.energy
-        return max(step.unexplained - explained, 0.0) / max(step.energy, noise, _TINY)
+        return max(step.unexplained - explained, 0.0) / max(step.energy, noise, TINY)
 
     def _metric(self, step: Step, radius: float) -> _Way:
         """Motion of the imprint in mm, with rotation as RMS motion, and its variances in mm²."""
@@ -231,7 +211,7 @@ class ImprintTracker:
             recent.length_mm / (explained + IMPRINT.drift * scale),
             self._way.length_mm,
             self._way.std_mm,
-            recent.mm[2] / max(radius_mm, _TINY),
+            recent.mm[2] / max(radius_mm, TINY),
             0.0 if last is None else math.sqrt(last.energy / max(last.count, 1.0)),
             "rotation" if turned else "translation",
         )

@@ -18,64 +18,42 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp
 from tactile_core.algorithms.marker_tracking.nearest import nearest
 
 
-class MarkerLatticeParameters(NamedTuple):
-    """Parameters of the strain of a marker lattice.
+class MARKER_LATTICE:
+    """Parameters of the strain of a marker lattice."""
 
-    Attributes
-    ----------
-    order : int, degree
-        Degree of the polynomial.
-        Source: radial distortion of a lens is cubic in its first term (Brown 1971).
-    reach : float, pitches
-        Largest distance of a marker from the place that its neighbour predicts.
-        Source: less than half a pitch, where the nearest marker becomes ambiguous.
-    follow : float, ratio
-        Weight with which the step between two markers updates the local lattice vector.
-        Source: chosen by hand; it follows perspective and distortion, and averages over noise.
-    squareness : float, ratio
-        Minimum resultant length of the directions to the nearest neighbours, times four.
-        Source: chosen by hand, between 0 (hexagonal or random) and 1 (square).
-    indexed_share : float, share of the markers
-        Fewer markers on the lattice mean that there is none.
-        Source: chosen by hand; no script derives it.
-    irregularity : float, pitches
-        Largest median distance of a marker from where its neighbours place it. A contact displaces
-        neighbours alike; markers that were printed less regularly hide its strain.
-        Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
-        markers form a lattice and 0.035 to 0.06 where they were placed one by one.
-    independent_share : float, share of the variance
-        A larger irregularity in the first frame is strain if it is at most this share of the
-        deviation from the polynomial, because a contact displaces neighbours alike. Of markers that
-        were placed one by one it is 1.25: the variance of the difference of a marker and the mean
-        of four others. In later frames a growing contact would hide them.
-        Source: half, so that neighbours explain most of the deviation.
-    watched_frames : int, count
-        The markers are on a lattice if one of these first frames is regular enough: a strong
-        contact in the first one displaces them.
-        Source: chosen by hand, about a second.
-    spare_markers : int, count
-        Markers that are needed beyond the number of polynomial terms.
-        Source: chosen by hand; no script derives it.
-    hold_s : float, s
-        An undetected marker keeps its last strain for this time; strongly sheared markers are the
-        first to be lost, so leaving them out at once would look like a release.
-        Source: duration over which a contact settles, ``CONTACT_LOSS.settle_s``.
-    """
-
-    order: int = 3
-    reach: float = 0.35
-    follow: float = 0.3
-    squareness: float = 0.5
-    indexed_share: float = 0.6
-    irregularity: float = 0.027
-    independent_share: float = 0.5
-    watched_frames: int = 25
-    spare_markers: int = 5
-    hold_s: float = 0.5
-
-
-MARKER_LATTICE = MarkerLatticeParameters()
-"""The values in use."""
+    # [degree] Degree of the polynomial. Source: radial distortion of a lens is cubic in its first
+    # term (Brown 1971).
+    order = 3
+    # [pitches] Largest distance of a marker from the place that its neighbour predicts. Source:
+    # less than half a pitch, where the nearest marker becomes ambiguous.
+    reach = 0.35
+    # [ratio] Weight with which the step between two markers updates the local lattice vector.
+    # Source: by hand, it follows perspective and distortion, and averages over noise.
+    follow = 0.3
+    # [ratio] Minimum resultant length of the directions to the nearest neighbours, times four.
+    # Source: by hand, between 0 (hexagonal or random) and 1 (square).
+    squareness = 0.5
+    # [share of the markers] Fewer markers on the lattice mean that there is none.
+    indexed_share = 0.6
+    # [pitches] Largest median distance of a marker from where its neighbours place it. A contact
+    # displaces neighbours alike; markers that were printed less regularly hide its strain.
+    # Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
+    # markers form a lattice and 0.035 to 0.06 where they were placed one by one.
+    irregularity = 0.027
+    # [share of the variance] A larger irregularity in the first frame is strain if it is at most
+    # this share of the deviation from the polynomial, because a contact displaces neighbours
+    # alike. Of markers that were placed one by one it is 1.25: the variance of the difference of
+    # a marker and the mean of four others. In later frames a growing contact would hide them.
+    # Source: half, so that neighbours explain most of the deviation.
+    independent_share = 0.5
+    # [count] The markers are on a lattice if one of these first frames is regular enough: a
+    # strong contact in the first one displaces them. Source: by hand, about a second.
+    watched_frames = 25
+    spare_markers = 5  # [count] Markers that are needed beyond the number of polynomial terms
+    # [s] An undetected marker keeps its last strain for this time; strongly sheared markers are
+    # the first to be lost, so leaving them out at once would look like a release. Source:
+    # duration over which a contact settles, ``CONTACT_LOSS.settle_s``.
+    hold_s = 0.5
 
 
 class MarkerLattice:
@@ -214,11 +192,9 @@ class _Fit(NamedTuple):
         return cls(seen, some, markers, terms, np.asarray(inverse, np.float64))
 
 
-_ONES = np.ones(2)
-"""Sums x and y."""
+_ONES = np.ones(2)  # Sums x and y
 
-_SQUARE_NEIGHBOURS = 4
-"""Nearest neighbours of a marker on a square lattice."""
+_SQUARE_NEIGHBOURS = 4  # Nearest neighbours of a marker on a square lattice
 
 
 def lattice_nodes(px: Array) -> tuple[Intp, Intp]:

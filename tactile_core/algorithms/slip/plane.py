@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -16,25 +16,15 @@ from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-class PlaneParameters(NamedTuple):
-    """Parameters of the coarse fields.
+class PLANE:
+    """Parameters of the coarse fields."""
 
-    Attributes
-    ----------
-    columns : int, count
-        Grid points along the width of the image.
-        Source: chosen by hand; markers a millimetre apart resolve no more.
-    iterations : int, count
-        Fixed-point iterations that find the earlier position of the surface.
-        Source: chosen by hand; displacements vary slowly, so that two converge.
-    """
-
-    columns: int = 80
-    iterations: int = 2
-
-
-PLANE = PlaneParameters()
-"""The values in use."""
+    # [count] Grid points along the width of the image. Source: by hand, markers a millimetre
+    # apart resolve no more.
+    columns = 80
+    # [count] Fixed-point iterations that find the earlier position of the surface. Source: by
+    # hand, displacements vary slowly, so that two converge.
+    iterations = 2
 
 
 def stride_of(width_px: int) -> int:
@@ -125,8 +115,7 @@ def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
     return np.ascontiguousarray(image[first::stride, first::stride])
 
 
-Window = tuple[slice, slice]
-"""Rows and columns of a part of a field."""
+Window = tuple[slice, slice]  # Rows and columns of a part of a field
 
 
 def since(

@@ -6,28 +6,17 @@ An object that slips lets the surface spring back, while one that sticks keeps i
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 
-class ReleaseParameters(NamedTuple):
-    """Parameters of the release of shear.
+class RELEASE:
+    """Parameters of the release of shear."""
 
-    Attributes
-    ----------
-    memory_s : float, s
-        Time constant with which the largest shear is forgotten.
-        Source: as long as changes of the imprint are remembered.
-    least_mm : float, mm
-        Shear below which a release is relative to this value, so that noise releases nothing.
-        Source: chosen by hand, several times the noise of a marker; no script derives it.
-    """
-
-    memory_s: float = 1.0
-    least_mm: float = 0.05
-
-
-RELEASE = ReleaseParameters()
-"""The values in use."""
+    # [s] Time constant with which the largest shear is forgotten. Source: as long as changes of
+    # the imprint are remembered.
+    memory_s = 1.0
+    # [mm] Shear below which a release is relative to this value, so that noise releases nothing.
+    # Source: by hand, several times the noise of a marker.
+    least_mm = 0.05
 
 
 class ShearPeak:

@@ -25,76 +25,46 @@ from tactile_core.algorithms.slip.wide_contact import (
 )
 
 
-class ShearedContactParameters(NamedTuple):
-    """Parameters of the contact's history. The first two are defaults of options of ``core.slip``.
+class SHEARED_CONTACT:
+    """Parameters of the contact's history.
 
-    Attributes
-    ----------
-    window_mm : float, mm
-        Motion of the contact over which the stick share is measured.
-        Source: chosen on virtual sequences, better than 0.06 (ADR 31).
-    tolerance : float, share of the motion
-        Lag of a point that sticks.
-        Source: chosen on virtual sequences, better than a fifth (ADR 31).
-    load_growth : float, ratio
-        A load that grows by more starts the measurement again.
-        Source: shear alone changes the volume of a virtual contact by up to 13 %.
-    load_growth_sheared : float, ratio
-        The same for a contact that is sheared already.
-        Source: chosen by hand; shear changes the image of a contact by more than its volume.
-    sheared_mm : float, mm
-        Shear above which a contact counts as sheared already.
-        Source: chosen by hand; no script derives it.
-    min_points, max_points : int, count
-        Grid points of a contact that are needed, and that are used.
-        Source: chosen by hand for robustness and for speed; no script derives it.
-    history_frames : int, count
-        Frames that are kept.
-        Source: chosen by hand for speed; no script derives it.
-    stick_noises : float, noise sigmas
-        Minimum tolerance of the lag of a point that sticks.
-        Source: chosen by hand; no script derives it.
-    moved_noises : float, noise sigmas
-        The stick share is not updated by smaller motions.
-        Source: chosen by hand; no script derives it.
-    decelerated : float, share of the peak speed
-        Deceleration above which the stick share no longer grows.
-        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
-    blurred_tolerance : float, ratio
-        Growth of the tolerance with the share of the rotation, where the field is blurred at the
-        border of the contact.
-        Source: chosen by hand on virtual sequences (ADR 31); no script derives it.
-    rest_noises : float, noise sigmas
-        A surface that did not move further from where it was an earlier frame before, by more than
-        this, rested or turned back; only its motion since then counts.
-        Source: one standard deviation; a slower motion is not measured over 16 frames either.
-    far_quantile : float, share of the contact
-        Quantile of the displacement that represents the motion of the object.
-        Source: chosen by hand; robust against a few outliers.
-    min_window : float, windows
-        The stick share is not measured over a shorter motion.
-        Source: chosen by hand; no script derives it.
+    The first two are defaults of options of ``core.slip``.
     """
 
-    window_mm: float = 0.1
-    tolerance: float = 0.1
-    load_growth: float = 1.15
-    load_growth_sheared: float = 1.6
-    sheared_mm: float = 0.05
-    min_points: int = 12
-    max_points: int = 600
-    history_frames: int = 16
-    stick_noises: float = 2.0
-    moved_noises: float = 10.0
-    decelerated: float = 0.4
-    blurred_tolerance: float = 1.5
-    rest_noises: float = 1.0
-    far_quantile: float = 0.95
-    min_window: float = 0.7
-
-
-SHEARED_CONTACT = ShearedContactParameters()
-"""The values in use."""
+    # [mm] Motion of the contact over which the stick share is measured. Source: chosen on virtual
+    # sequences, better than 0.06 (ADR 31).
+    window_mm = 0.1
+    # [share of the motion] Lag of a point that sticks. Source: chosen on virtual sequences,
+    # better than a fifth (ADR 31).
+    tolerance = 0.1
+    # [ratio] A load that grows by more starts the measurement again. Source: shear alone changes
+    # the volume of a virtual contact by up to 13 %.
+    load_growth = 1.15
+    # [ratio] The same for a contact that is sheared already. Source: by hand, shear changes the
+    # image of a contact by more than its volume.
+    load_growth_sheared = 1.6
+    sheared_mm = 0.05  # [mm] Shear above which a contact counts as sheared already
+    # [count] Grid points of a contact that are needed, and that are used. Source: by hand, for
+    # robustness and for speed.
+    min_points = 12
+    max_points = 600
+    history_frames = 16  # [count] Frames that are kept. Source: by hand, for speed.
+    stick_noises = 2.0  # [noise sigmas] Minimum tolerance of the lag of a point that sticks
+    moved_noises = 10.0  # [noise sigmas] The stick share is not updated by smaller motions
+    # [share of the peak speed] Deceleration above which the stick share no longer grows. Source:
+    # by hand, on virtual sequences (ADR 31).
+    decelerated = 0.4
+    # [ratio] Growth of the tolerance with the share of the rotation, where the field is blurred
+    # at the border of the contact. Source: by hand, on virtual sequences (ADR 31).
+    blurred_tolerance = 1.5
+    # [noise sigmas] A surface that did not move further from where it was an earlier frame
+    # before, by more than this, rested or turned back; only its motion since then counts. Source:
+    # one standard deviation; a slower motion is not measured over 16 frames either.
+    rest_noises = 1.0
+    # [share of the contact] Quantile of the displacement that represents the motion of the
+    # object. Source: by hand, robust against a few outliers.
+    far_quantile = 0.95
+    min_window = 0.7  # [windows] The stick share is not measured over a shorter motion
 
 
 class Load(NamedTuple):

@@ -3,45 +3,35 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
-from typing import NamedTuple
+
+import numpy as np
 
 
-class SlippedShareParameters(NamedTuple):
-    """Parameters of the slipped share. The evidence of a shift and of a turn differ.
+class SLIPPED_SHARE:
+    """Parameters of the slipped share. The evidence of a shift and of a turn differ."""
 
-    Attributes
-    ----------
-    scale, turned_scale : float, evidence
-        Evidence at which a share of 1 - 1/e slips of a contact that shifts, and of one that turns.
-        Source: least squares to the true share of virtual contacts (``benchmarks/slip_speed.py
-        --fit`` with the seeds 0 to 71 and 1000 to 1071, and sequences of ``slip_thresholds.py``,
-        before the tolerance for ringing; a fit today differs a little).
-    shape, turned_shape : float, exponent
-        Exponent of the evidence.
-        Source: as ``scale``.
-    knots : tuple of float, share
-        Shares at which the standard deviations are given.
-        Source: means of thirteen classes of these frames.
-    slowing : float, share of the peak speed
-        Deceleration above which a contact that shifts is slowing. It either slips as a whole or
-        stops with its object, so that all degrees but the ends are uncertain.
-        Source: as the deceleration above which the stick share no longer grows.
-    std, slowing_std, turned_std : tuple of float, share
-        Standard deviation at the knots, for a contact that shifts, that is slowing and that turns:
-        68 % of the errors in the class are smaller.
-        Source: these frames and the seeds 2000 to 2047, validated on others.
-    """
-
-    scale: float = 0.296
-    shape: float = 2.29
-    turned_scale: float = 0.308
-    turned_shape: float = 1.51
+    # [evidence] Evidence at which a share of 1 - 1/e slips of a contact that shifts, and of one
+    # that turns. Source: least squares to the true share of virtual contacts
+    # (``benchmarks/slip_speed.py --fit`` with the seeds 0 to 71 and 1000 to 1071, and sequences
+    # of ``slip_thresholds.py``, before the tolerance for ringing; a fit today differs a little).
+    scale = 0.296
+    # [exponent] Exponent of the evidence. Source: as ``scale``.
+    shape = 2.29
+    turned_scale = 0.308
+    turned_shape = 1.51
+    # [share] Shares at which the standard deviations are given. Source: means of thirteen classes
+    # of these frames.
     knots: tuple[float, ...] = (
         *(0.0, 0.01, 0.03, 0.07, 0.15, 0.25, 0.4),
         *(0.55, 0.7, 0.85, 0.93, 0.97, 1.0),
     )
-    slowing: float = 0.4
+    # [share of the peak speed] Deceleration above which a contact that shifts is slowing. It
+    # either slips as a whole or stops with its object, so that all degrees but the ends are
+    # uncertain. Source: as the deceleration above which the stick share no longer grows.
+    slowing = 0.4
+    # [share] Standard deviation at the knots, for a contact that shifts, that is slowing and that
+    # turns: 68 % of the errors in the class are smaller. Source: these frames and the seeds 2000
+    # to 2047, validated on others.
     std: tuple[float, ...] = (
         *(0.012, 0.018, 0.046, 0.106, 0.163, 0.195, 0.161),
         *(0.147, 0.16, 0.15, 0.081, 0.035, 0.012),
@@ -54,10 +44,6 @@ class SlippedShareParameters(NamedTuple):
         *(0.038, 0.015, 0.043, 0.08, 0.121, 0.15, 0.09),
         *(0.088, 0.127, 0.101, 0.054, 0.047, 0.047),
     )
-
-
-SLIPPED_SHARE = SlippedShareParameters()
-"""The values in use."""
 
 
 def slipped_share(evidence: float, *, turned: bool) -> float:
@@ -87,12 +73,4 @@ def slipped_share_std(share: float, *, turned: bool, deceleration: float) -> flo
     """
     use = SLIPPED_SHARE
     std = use.slowing_std if deceleration >= use.slowing else use.std
-    return _interpolated(share, use.knots, use.turned_std if turned else std)
-
-
-def _interpolated(at: float, knots: tuple[float, ...], values: tuple[float, ...]) -> float:
-    """Return what ``np.interp`` does, for one number."""
-    above = min(max(bisect_right(knots, at), 1), len(knots) - 1)
-    low, high = knots[above - 1], knots[above]
-    share = min(max((at - low) / (high - low), 0.0), 1.0)
-    return values[above - 1] + share * (values[above] - values[above - 1])
+    return float(np.interp(share, use.knots, use.turned_std if turned else std))

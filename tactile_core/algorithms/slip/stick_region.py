@@ -9,55 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.types import Complex64
-
-_TINY = 1e-12
-"""Added to denominators against division by zero."""
+from tactile_core.algorithms.arrays.types import TINY, Complex64
 
 
-class StickRegionParameters(NamedTuple):
-    """Parameters of the fit of the stick region.
+class STICK_REGION:
+    """Parameters of the fit of the stick region."""
 
-    Attributes
-    ----------
-    noise_mm : float, mm
-        Noise of a displacement, the default of the option of ``core.slip``.
-        Source: a tenth of a pixel of 0.028 mm, the noise of a detected marker.
-    calm_quantile : float, share of the contact
-        Quantile of the strain that is typical of the stick region.
-        Source: chosen by hand; no script derives it.
-    calm_strains : float, ratio
-        Strain relative to that quantile at which the initial weight falls to 1/e.
-        Source: chosen by hand; no script derives it.
-    min_strain : float, ratio
-        Lower bound of that quantile, for fields without noise.
-        Source: chosen by hand; no script derives it.
-    rounds : int, count
-        Rounds of reweighted least squares.
-        Source: chosen by hand; no script derives it.
-    lag_tolerance : float, share of the motion
-        Lag at which the weight of a point falls to a quarter.
-        Source: chosen by hand; no script derives it.
-    max_sine : float, ratio
-        Limit of the sine of the rotation, so that noise in a tiny contact stays finite.
-        Source: chosen by hand; larger than any rotation of a gel.
-    distance_power : int, exponent
-        Exponent of the displacement in the initial weights.
-        Source: chosen by hand; no script derives it.
-    """
-
-    noise_mm: float = 0.003
-    calm_quantile: float = 0.2
-    calm_strains: float = 1.5
-    min_strain: float = 1e-4
-    rounds: int = 3
-    lag_tolerance: float = 0.06
-    max_sine: float = 0.9
-    distance_power: int = 6
-
-
-STICK_REGION = StickRegionParameters()
-"""The values in use."""
+    # [mm] Noise of a displacement, the default of the option of ``core.slip``. Source: a tenth of
+    # a pixel of 0.028 mm, the noise of a detected marker.
+    noise_mm = 0.003
+    # [share of the contact] Quantile of the strain that is typical of the stick region.
+    calm_quantile = 0.2
+    # [ratio] Strain relative to that quantile at which the initial weight falls to 1/e.
+    calm_strains = 1.5
+    min_strain = 1e-4  # [ratio] Lower bound of that quantile, for fields without noise
+    rounds = 3  # [count] Rounds of reweighted least squares
+    # [share of the motion] Lag at which the weight of a point falls to a quarter.
+    lag_tolerance = 0.06
+    # [ratio] Limit of the sine of the rotation, so that noise in a tiny contact stays finite.
+    # Source: by hand, larger than any rotation of a gel.
+    max_sine = 0.9
+    distance_power = 6  # [exponent] Exponent of the displacement in the initial weights
 
 
 class StickRegion(NamedTuple):
@@ -181,7 +153,7 @@ class _Contact:
         """Shift of the centroid, and displacement per mm of distance from it by a rotation."""
         total, x, y, moved_x, moved_y, square, torque = (self._terms @ weight).tolist()
         at, moved = complex(x, y) / total, complex(moved_x, moved_y) / total
-        spread = max(square / total - abs(at) ** 2, _TINY)
+        spread = max(square / total - abs(at) ** 2, TINY)
         sine = (torque / total - (at.conjugate() * moved).imag) / spread
         sine = min(max(sine, -STICK_REGION.max_sine), STICK_REGION.max_sine)
         # the field refers to present positions, so a rotation also has a radial part

@@ -4,37 +4,24 @@ from __future__ import annotations
 
 from math import inf
 from statistics import median
-from typing import NamedTuple
 
 
-class NoiseParameters(NamedTuple):
-    """Parameters of the noise.
+class NOISE:
+    """Parameters of the noise."""
 
-    Attributes
-    ----------
-    still_mm : float, mm
-        RMS motion of the markers below which the surface is still.
-        Source: twice the noise of a marker's motion between two frames, a tenth of a pixel each.
-    first : int, count
-        Still frames in which the noise is judged.
-        Source: a second at 30 Hz; later ones may already show an object that slides steadily.
-    fewest : int, count
-        Still frames that are needed to judge it.
-        Source: chosen by hand; the frames before a lift are about five.
-    steady : float, ratio
-        Largest median of the noise, relative to its minimum, that is steady.
-        Source: a camera's noise varies by a tenth (recorded lifts), that of a compressed video by
-        4 to 75 (recorded grasps), because each key frame draws the picture anew.
-    """
-
-    still_mm: float = 0.005
-    first: int = 30
-    fewest: int = 4
-    steady: float = 2.0
-
-
-NOISE = NoiseParameters()
-"""The values in use."""
+    # [mm] RMS motion of the markers below which the surface is still. Source: twice the noise of
+    # a marker's motion between two frames, a tenth of a pixel each.
+    still_mm = 0.005
+    # [count] Still frames in which the noise is judged. Source: a second at 30 Hz; later ones may
+    # already show an object that slides steadily.
+    first = 30
+    # [count] Still frames that are needed to judge it. Source: by hand, the frames before a lift
+    # are about five.
+    fewest = 4
+    # [ratio] Largest median of the noise, relative to its minimum, that is steady. Source: a
+    # camera's noise varies by a tenth (recorded lifts), that of a compressed video by 4 to 75
+    # (recorded grasps), because each key frame draws the picture anew.
+    steady = 2.0
 
 
 class StillNoise:

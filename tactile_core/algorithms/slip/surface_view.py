@@ -2,68 +2,34 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 
-from tactile_core.algorithms import kernels
 from tactile_core.algorithms.arrays.pitch import pitch
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 
 
-class ViewParameters(NamedTuple):
-    """Parameters of the surface view.
+class VIEW:
+    """Parameters of the surface view."""
 
-    Attributes
-    ----------
-    width_px : int, px
-        Approximate width of the view.
-        Source: chosen by hand for speed (ADR 28); no script derives it.
-    cell_px : int, px of the view
-        Spacing of the grid on which the warp is interpolated.
-        Source: chosen by hand for speed; no script derives it.
-    reach_pitches : float, pitches
-        Standard deviation of the Gaussian weights of the markers in the warp.
-        Source: chosen by hand; no script derives it.
-    ridge : float, squared pitches
-        Regularises the slopes of the local linear fit.
-        Source: chosen by hand; no script derives it.
-    rim_diameters : float, marker diameters
-        Rim around the markers that is hidden as well.
-        Source: chosen by hand; no script derives it.
-    hidden_share : float, share of a pixel
-        A pixel of the view is hidden if markers cover more of it.
-        Source: chosen by hand; no script derives it.
-    window_pitches : float, pitches
-        Side of the box filter whose mean is the background of the pattern.
-        Source: chosen by hand, little more than the distance of markers (ADR 28).
-    smoothing_px : int, px of the view
-        Side of the box filter against the grain of the coating.
-        Source: chosen by hand; no script derives it.
-    min_markers : int, count
-        Fewest markers of a warp.
-        Source: three points define an affine map.
-    """
-
-    width_px: int = 160
-    cell_px: int = 8
-    reach_pitches: float = 0.8
-    ridge: float = 0.05
-    rim_diameters: float = 0.25
-    hidden_share: float = 0.25
-    window_pitches: float = 1.5
-    smoothing_px: int = 3
-    min_markers: int = 3
-
-
-VIEW = ViewParameters()
-"""The values in use."""
+    width_px = 160  # [px] Approximate width of the view. Source: by hand, for speed (ADR 28).
+    # [px of the view] Spacing of the grid on which the warp is interpolated. Source: by hand, for
+    # speed.
+    cell_px = 8
+    # [pitches] Standard deviation of the Gaussian weights of the markers in the warp.
+    reach_pitches = 0.8
+    ridge = 0.05  # [squared pitches] Regularises the slopes of the local linear fit
+    rim_diameters = 0.25  # [marker diameters] Rim around the markers that is hidden as well
+    # [share of a pixel] A pixel of the view is hidden if markers cover more of it.
+    hidden_share = 0.25
+    # [pitches] Side of the box filter whose mean is the background of the pattern. Source: by
+    # hand, little more than the distance of markers (ADR 28).
+    window_pitches = 1.5
+    smoothing_px = 3  # [px of the view] Side of the box filter against the grain of the coating
+    min_markers = 3  # [count] Fewest markers of a warp. Source: three points define an affine map.
 
 
 class SurfaceView:
@@ -80,8 +46,6 @@ class SurfaceView:
         Positions of the markers, x and y; at least three.
     diameter_px : float
         Diameter of a marker.
-    compiled : bool
-        Whether to use the compiled loop if it is available.
 
     Raises
     ------
@@ -89,15 +53,12 @@ class SurfaceView:
         There are fewer than three markers, or the diameter is not positive.
     """
 
-    def __init__(
-        self, pixels: Array, reference_px: Array, diameter_px: float, *, compiled: bool = False
-    ) -> None:
+    def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
         if len(reference_px) < VIEW.min_markers:
             raise InputError(
                 f"{len(reference_px)} markers do not determine the motion of the gel surface; "
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
-        self._compiled = compiled
         self.times: int = max(1, round(pixels.shape[1] / VIEW.width_px))
         first = _reduced(pixels, self.times)
         height, width = first.shape[:2]
@@ -151,38 +112,12 @@ class SurfaceView:
         moved = (apart @ self._weights).reshape(2, *self._grid)
         x, y = (cv2.resize(along, (width, height)) for along in moved)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
-        loops = kernels.chosen(self._compiled)
-        colours = pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
-        # the compiled loop mirrors the view only once at its border
-        if loops is not None and colours and self._side // 2 < min(height, width):
-            return self._looped(loops, pixels, times, x, y)
         frame = _reduced(pixels, times).astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
         pattern = _pattern(warped.reshape(height, width, -1), seen, self._side)
         return pattern, seen.astype(np.float32)
-
-    def _looped(
-        self, loops: ModuleType, pixels: Array, times: int, x: Array, y: Array
-    ) -> tuple[Float32, Float32]:
-        """Do the same for three channels by compiled loops."""
-        height, width = x.shape
-        with borrowed((height, width, 4), np.float32) as frame:
-            halvings = _HALVINGS.get(times)
-            exact = pixels.shape[:2] == (height * times, width * times)
-            if halvings is None or not exact:
-                pixels, halvings = _reduced(pixels, times), 0
-            loops.halved(np.ascontiguousarray(pixels), halvings, frame)
-            warped = cv2.remap(frame, x, y, cv2.INTER_LINEAR)
-        pattern, seen = np.empty((height, 3, width), np.float32), np.empty_like(x)
-        reaches = self._side // 2, VIEW.smoothing_px // 2
-        loops.pattern_of(warped, x, y, self._hidden, reaches, pattern, seen)
-        return pattern.transpose(0, 2, 1), seen
-
-
-_HALVINGS = {1: 0, 2: 1}
-"""Reductions that the kernel does, and of how many halvings they consist."""
 
 
 def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache, reduce
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,57 +15,31 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.slip.plane import sampled
 
 
-class RingParameters(NamedTuple):
-    """Parameters of the contact area. Lengths are grid points, about 0.22 mm apart.
+class RING:
+    """Parameters of the contact area. Lengths are grid points, about 0.22 mm apart."""
 
-    Attributes
-    ----------
-    peak_quantile : float, share of the view
-        Quantile of the steepness that counts as its maximum.
-        Source: chosen by hand; robust against a few outliers.
-    edge_share : float, share of the maximum
-        Steepness above which a point belongs to the ring at the border of a contact.
-        Source: chosen on virtual contacts (ADR 31).
-    gap : int, grid points
-        Radius of the closing that bridges gaps in the ring.
-        Source: chosen by hand; no script derives it.
-    outer_rim : int, grid points
-        Width of the surface outside the contact that is steep as well.
-        Source: chosen on virtual contacts (ADR 31).
-    min_area : float, grid points
-        Area below which a contour is a speck.
-        Source: chosen by hand; no script derives it.
-    smoothing : int, grid points
-        Side of the box filter of the change of light.
-        Source: chosen by hand; no script derives it.
-    min_visible : float, share of the box
-        Lower bound of the visible share of that box.
-        Source: chosen by hand; it prevents a division by zero.
-    moved_mm : float, mm
-        Displacement below which motion shows no contact.
-        Source: chosen by hand; no script derives it.
-    moved_quantile : float, share of the view
-        Quantile of the displacement that counts as its maximum.
-        Source: chosen by hand; robust against a few outliers.
-    moved_share : float, share of the maximum
-        Displacement above which a point is in contact.
-        Source: chosen by hand (ADR 31); no script derives it.
-    """
-
-    peak_quantile: float = 0.99
-    edge_share: float = 0.3
-    gap: int = 4
-    outer_rim: int = 2
-    min_area: float = 6.0
-    smoothing: int = 3
-    min_visible: float = 0.1
-    moved_mm: float = 0.02
-    moved_quantile: float = 0.98
-    moved_share: float = 0.5
-
-
-RING = RingParameters()
-"""The values in use."""
+    # [share of the view] Quantile of the steepness that counts as its maximum. Source: by hand,
+    # robust against a few outliers.
+    peak_quantile = 0.99
+    # [share of the maximum] Steepness above which a point belongs to the ring at the border of a
+    # contact. Source: chosen on virtual contacts (ADR 31).
+    edge_share = 0.3
+    gap = 4  # [grid points] Radius of the closing that bridges gaps in the ring
+    # [grid points] Width of the surface outside the contact that is steep as well. Source: chosen
+    # on virtual contacts (ADR 31).
+    outer_rim = 2
+    min_area = 6.0  # [grid points] Area below which a contour is a speck
+    smoothing = 3  # [grid points] Side of the box filter of the change of light
+    # [share of the box] Lower bound of the visible share of that box. Source: by hand, it
+    # prevents a division by zero.
+    min_visible = 0.1
+    moved_mm = 0.02  # [mm] Displacement below which motion shows no contact
+    # [share of the view] Quantile of the displacement that counts as its maximum. Source: by
+    # hand, robust against a few outliers.
+    moved_quantile = 0.98
+    # [share of the maximum] Displacement above which a point is in contact. Source: by hand, (ADR
+    # 31).
+    moved_share = 0.5
 
 
 def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> Float32:
@@ -214,5 +187,4 @@ def _disc(radius: int) -> UInt8:
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
 
 
-_SQUARE = np.ones((3, 3), np.uint8)
-"""Neighbourhood of a grid point."""
+_SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a grid point

@@ -8,7 +8,7 @@ the field and averages the noise of all markers.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,53 +16,36 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Bool, Complex64, Intp
 
 
-class WideContactParameters(NamedTuple):
-    """Parameters of contacts wider than the view.
+class WIDE_CONTACT:
+    """Parameters of contacts wider than the view."""
 
-    Attributes
-    ----------
-    border_share : float, share of the view's border
-        A contact that covers more of the border is wider than the view.
-        Source: half, as for the contact area (ADR 31).
-    order : int, exponent
-        Order of the polynomial.
-        Source: virtual plates in shear: 2 and 3 warn alike, and a slip zone along one side needs 3
-        (ADR 51).
-    turned_share : float, ratio
-        The squared share of rotation above which a motion is not smoothed: the swirl around a stick
-        region is not a polynomial of this order.
-        Source: half, where rotation outweighs translation.
-    tolerance : float, share of the motion
-        Lag of a point that sticks. There is no blurred border, which needs the larger tolerance of
-        other contacts.
-        Source: 95 % of the points of a virtual plate that sticks lag by less (ADR 51).
-    ringing : float, share of the largest lag
-        Minimum tolerance of the lag: a polynomial rings where the surface lags abruptly.
-        Source: chosen on virtual plates that slip quasi-statically (ADR 51).
-    noise_share : float, ratio
-        Noise of one marker relative to the standard deviation that its field reports, which also
-        covers what lies between the markers.
-        Source: 0.44 and 0.41 for virtual markers 1.1 and 2.2 mm apart (ADR 51).
-    markers : int, count
-        Markers of a field whose number is not known.
-        Source: a view of 18 mm × 13 mm with markers 1.1 mm apart.
-    sigmas : float, standard deviations
-        Minimum tolerance of the lag.
-        Source: 95 % quantile of a Rayleigh distribution.
-    """
-
-    border_share: float = 0.5
-    order: int = 3
-    turned_share: float = 0.5
-    tolerance: float = 0.02
-    ringing: float = 0.1
-    noise_share: float = 0.43
-    markers: int = 192
-    sigmas: float = 2.45
-
-
-WIDE_CONTACT = WideContactParameters()
-"""The values in use."""
+    # [share of the view's border] A contact that covers more of the border is wider than the
+    # view. Source: half, as for the contact area (ADR 31).
+    border_share = 0.5
+    # [exponent] Order of the polynomial. Source: virtual plates in shear: 2 and 3 warn alike, and
+    # a slip zone along one side needs 3 (ADR 51).
+    order = 3
+    # [ratio] The squared share of rotation above which a motion is not smoothed: the swirl around
+    # a stick region is not a polynomial of this order. Source: half, where rotation outweighs
+    # translation.
+    turned_share = 0.5
+    # [share of the motion] Lag of a point that sticks. There is no blurred border, which needs
+    # the larger tolerance of other contacts. Source: 95 % of the points of a virtual plate that
+    # sticks lag by less (ADR 51).
+    tolerance = 0.02
+    # [share of the largest lag] Minimum tolerance of the lag: a polynomial rings where the
+    # surface lags abruptly. Source: chosen on virtual plates that slip quasi-statically (ADR 51).
+    ringing = 0.1
+    # [ratio] Noise of one marker relative to the standard deviation that its field reports, which
+    # also covers what lies between the markers. Source: 0.44 and 0.41 for virtual markers 1.1 and
+    # 2.2 mm apart (ADR 51).
+    noise_share = 0.43
+    # [count] Markers of a field whose number is not known. Source: a view of 18 mm × 13 mm with
+    # markers 1.1 mm apart.
+    markers = 192
+    # [standard deviations] Minimum tolerance of the lag. Source: 95 % quantile of a Rayleigh
+    # distribution.
+    sigmas = 2.45
 
 
 def fills_view(mask: Bool) -> bool:

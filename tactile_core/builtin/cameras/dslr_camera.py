@@ -27,18 +27,17 @@ from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
 
-_POLL_S = 0.1
-"""Longest wait for a request before the reader looks whether it should end, s."""
+_POLL_S = 0.1  # Longest wait for a request before the reader looks whether it should end, s
 
+# Largest relative difference between a wanted exposure time and one that the camera offers.
 _TOLERANCE = 0.02
-"""Largest relative difference between a wanted exposure time and one that the camera offers."""
 
+# Names of the settings in gphoto2; they differ between makers.
 _WIDGETS = {
     "exposure_time_s": ("shutterspeed", "shutterspeed2"),
     "aperture": ("f-number", "aperture"),
     "iso": ("iso",),
 }
-"""Names of the settings in gphoto2; they differ between makers."""
 
 
 class DslrOptions(Options):

@@ -20,8 +20,8 @@ from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.quantities import Image
 
+# Largest relative difference between a setting and what the camera chose, from its steps.
 _TOLERANCE = 0.02
-"""Largest relative difference between a setting and what the camera chose, from its steps."""
 
 
 class GenicamOptions(Options):

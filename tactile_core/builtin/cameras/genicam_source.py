@@ -6,7 +6,7 @@ import sys
 import time
 import warnings
 from threading import Event
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
 from tactile_core.errors import CameraLost, CameraTimeout, LibraryMissing
@@ -14,27 +14,19 @@ from tactile_core.interfaces.streaming.encoded_image import TornImage, wall_time
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.quantities import Image, Pixels
 
+# Where Debian's packages install Python modules, which a virtual environment does not search.
 _DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
-"""Where Debian's packages install Python modules, which a virtual environment does not search."""
 
 
-class SourceParameters(NamedTuple):
-    """Sizes of a GenICam stream.
+class _PARAMETERS:
+    """Sizes of a GenICam stream."""
 
-    Attributes
-    ----------
-    buffers : int, images
-        Images that the library holds while the computer is busy. Source: a third of a second at
-        30 Hz, as for webcams.
-    poll_s : float, s
-        Longest wait of one read. Source: bounds the time that closing takes while a camera stalls.
-    """
-
-    buffers: int = 10
-    poll_s: float = 0.2
-
-
-_PARAMETERS = SourceParameters()
+    # [images] Images that the library holds while the computer is busy. Source: a third of a
+    # second at 30 Hz, as for webcams.
+    buffers = 10
+    # [s] Longest wait of one read. Source: bounds the time that closing takes while a camera
+    # stalls.
+    poll_s = 0.2
 
 
 class GenicamSource(ImageSource):

@@ -21,11 +21,9 @@ from tactile_core.formats.mjpeg import MjpegParser, Part
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 
-_TICK_S = 1e-6
-"""Time between the timestamps of two images that arrive together, s."""
+_TICK_S = 1e-6  # Time between the timestamps of two images that arrive together, s
 
-_CHUNK_BYTES = 1 << 16
-"""Most bytes that are received at once."""
+_CHUNK_BYTES = 1 << 16  # Most bytes that are received at once
 
 
 class HttpSource(ImageSource):

@@ -65,6 +65,8 @@ class PixelFormat:
 
 _MOSAICS = {"RG": "RGGB", "GR": "GRBG", "GB": "GBRG", "BG": "BGGR"}
 
+# Formats that can be read, by their names in the standard. References ---------- .. [1] EMVA,
+# "GenICam Pixel Format Naming Convention (PFNC)", version 2.4, 2021.
 PIXEL_FORMATS = {
     **{f"Mono{bits}": PixelFormat(bits) for bits in (8, 10, 12, 14, 16)},
     "RGB8": PixelFormat(8, 3),
@@ -75,9 +77,3 @@ PIXEL_FORMATS = {
         for bits in (8, 10, 12, 16)
     },
 }
-"""Formats that can be read, by their names in the standard.
-
-References
-----------
-.. [1] EMVA, "GenICam Pixel Format Naming Convention (PFNC)", version 2.4, 2021.
-"""

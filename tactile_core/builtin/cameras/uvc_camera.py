@@ -28,11 +28,9 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 
-_SETTLING_FRAMES = 3
-"""Images that a camera may still expose with the settings before."""
+_SETTLING_FRAMES = 3  # Images that a camera may still expose with the settings before
 
-_USUAL_FPS = 30.0
-"""Rate assumed for the time in which settings take effect, Hz."""
+_USUAL_FPS = 30.0  # Rate assumed for the time in which settings take effect, Hz
 
 
 class UvcOptions(Options):

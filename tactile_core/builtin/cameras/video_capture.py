@@ -20,40 +20,28 @@ from tactile_core.interfaces.streaming.encoded_image import (
 from tactile_core.interfaces.streaming.image_reader import ImageSource
 from tactile_core.quantities import Image
 
+# Variable with the seconds after which OpenCV gives up a read; it looks once a process.
 _SELECT_TIMEOUT = "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT"
-"""Variable with the seconds after which OpenCV gives up a read; it looks once a process."""
 
 
-class CaptureParameters(NamedTuple):
-    """Times of a capture.
+class _PARAMETERS:
+    """Times of a capture."""
 
-    Attributes
-    ----------
-    select_s : int, s
-        Longest wait of one read. Source: the shortest that OpenCV allows; it bounds the time that
-        closing takes while a camera stalls.
-    first_s : float, s
-        Longest wait for the first image when the camera is opened. Source: webcams start within
-        two seconds; the rest is reserve.
-    lost_s : float, s
-        Time of immediate failures after which a camera that is still connected counts as lost.
-        Source: half of the 2 s in which a lost camera must be reported.
-    retry_s : float, s
-        Pause after an immediate failure. Source: a frame period at 30 Hz, in which nothing is
-        missed.
-    clock_s : float, s
-        Largest distance of the driver's timestamp from the host's monotonic clock. Source: the
-        driver's clock is the same or another one altogether, which differs by more.
-    """
-
-    select_s: int = 1
-    first_s: float = 5.0
-    lost_s: float = 1.0
-    retry_s: float = 0.03
-    clock_s: float = 10.0
-
-
-_PARAMETERS = CaptureParameters()
+    # [s] Longest wait of one read. Source: the shortest that OpenCV allows; it bounds the time
+    # that closing takes while a camera stalls.
+    select_s = 1
+    # [s] Longest wait for the first image when the camera is opened. Source: webcams start within
+    # two seconds; the rest is reserve.
+    first_s = 5.0
+    # [s] Time of immediate failures after which a camera that is still connected counts as lost.
+    # Source: half of the 2 s in which a lost camera must be reported.
+    lost_s = 1.0
+    # [s] Pause after an immediate failure. Source: a frame period at 30 Hz, in which nothing is
+    # missed.
+    retry_s = 0.03
+    # [s] Largest distance of the driver's timestamp from the host's monotonic clock. Source: the
+    # driver's clock is the same or another one altogether, which differs by more.
+    clock_s = 10.0
 
 
 class Wanted(NamedTuple):

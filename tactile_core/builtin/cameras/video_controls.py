@@ -11,21 +11,21 @@ from typing import Protocol
 from tactile_core.builtin.device_access import permission_advice
 from tactile_core.errors import DeviceError, DeviceForbidden
 
+# Requests VIDIOC_QUERYCTRL, VIDIOC_G_CTRL and VIDIOC_S_CTRL (`linux/videodev2.h`).
 _QUERY, _GET, _SET = 0xC0445624, 0xC008561B, 0xC008561C
-"""Requests VIDIOC_QUERYCTRL, VIDIOC_G_CTRL and VIDIOC_S_CTRL (``linux/videodev2.h``)."""
 
+# `struct v4l2_queryctrl` and `struct v4l2_control`, as struct writes them.
 _QUERY_FORM, _VALUE_FORM = "=II32siiiiI8x", "=Ii"
-"""``struct v4l2_queryctrl`` and ``struct v4l2_control``, as :mod:`struct` writes them."""
 
-_DISABLED = 0x1
-"""Flag of a control that the camera lacks (V4L2_CTRL_FLAG_DISABLED)."""
+_DISABLED = 0x1  # Flag of a control that the camera lacks (V4L2_CTRL_FLAG_DISABLED)
 
 AUTO_WHITE_BALANCE, AUTO_GAIN, GAIN, WHITE_BALANCE = 0x0098090C, 0x00980912, 0x00980913, 0x0098091A
 EXPOSURE_MODE, EXPOSURE, RATE_MAY_CHANGE = 0x009A0901, 0x009A0902, 0x009A0903
 FOCUS, AUTO_FOCUS, ZOOM = 0x009A090A, 0x009A090C, 0x009A090D
+# Control ids (`linux/v4l2-controls.h`); exposure is in units of 100 µs, white balance in K.
 BRIGHTNESS, CONTRAST, SATURATION = 0x00980900, 0x00980901, 0x00980902
-"""Control ids (``linux/v4l2-controls.h``); exposure is in units of 100 µs, white balance in K."""
 
+# Controls by the names that a profile uses.
 NAMED = {
     "brightness": BRIGHTNESS,
     "contrast": CONTRAST,
@@ -36,11 +36,9 @@ NAMED = {
     "white_balance": WHITE_BALANCE,
     "zoom": ZOOM,
 }
-"""Controls by the names that a profile uses."""
 
 _MANUAL_EXPOSURE = 1
-_EXPOSURE_UNIT_S = 1e-4
-"""V4L2_EXPOSURE_MANUAL, and the unit of V4L2_CID_EXPOSURE_ABSOLUTE, s."""
+_EXPOSURE_UNIT_S = 1e-4  # V4L2_EXPOSURE_MANUAL, and the unit of V4L2_CID_EXPOSURE_ABSOLUTE, s
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from pathlib import Path
 from tactile_core.builtin.device_access import CLAIM, INSTEAD
 from tactile_core.errors import DeviceAbsent
 
-SYSFS = Path("/sys")
-"""Where the kernel describes devices."""
+SYSFS = Path("/sys")  # Where the kernel describes devices
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from threading import Lock
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol, Self
 
 from pydantic import Field, model_validator
 
@@ -16,21 +16,12 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
 
 
-class BoxParameters(NamedTuple):
-    """How a box is kept alive.
+class BOX:
+    """How a box is kept alive."""
 
-    Attributes
-    ----------
-    beats_per_watchdog : int, count
-        Requests within the time of the box's watchdog. Source: three may be late or lost before
-        the lights go out.
-    """
-
-    beats_per_watchdog: int = 4
-
-
-BOX = BoxParameters()
-"""The values in use."""
+    # [count] Requests within the time of the box's watchdog. Source: three may be late or lost
+    # before the lights go out.
+    beats_per_watchdog = 4
 
 
 class BoxOptions(Options):

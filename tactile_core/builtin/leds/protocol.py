@@ -9,17 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
-VERSION = 1
-"""Version of the protocol."""
+VERSION = 1  # Version of the protocol
 
-NAME = "tactile-lights"
-"""First word by which a box says what it is."""
+NAME = "tactile-lights"  # First word by which a box says what it is
 
-FULL = 255
-"""Level of full brightness."""
+FULL = 255  # Level of full brightness
 
-UNASKED = 0
-"""Number of an answer to no request, or to one whose number was unreadable."""
+UNASKED = 0  # Number of an answer to no request, or to one whose number was unreadable
 
 _POLYNOMIAL, _TOP_BIT, _BYTE = 0x07, 0x80, 0xFF
 

@@ -6,45 +6,32 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from itertools import cycle
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError, decode, encode
 from tactile_core.errors import DeviceError, LightsLost
 
 
-class SerialParameters(NamedTuple):
-    """Times and sizes of a serial connection.
+class SERIAL:
+    """Times and sizes of a serial connection."""
 
-    Attributes
-    ----------
-    baud : int, bit/s
-        Speed of the port. Source: the protocol; an Arduino divides its clock to it exactly, and
-        setting six lights takes less than 3 ms.
-    hello_s : float, s
-        Longest wait for the first hello. Source: the bootloader of an Arduino runs for 1 s
-        (Optiboot) or 2 s (older ones) after its port is opened.
-    ask_s : float, s
-        Interval at which a box that does not reset is asked for its hello. Source: several times
-        within the time of a bootloader, which ends early when it receives something else.
-    slice_s : float, s
-        Longest wait within one call of the port. Source: a small part of the shortest timeout.
-    attempts : int, count
-        How often a request is sent. Source: the protocol; damage to two lines in a row is a bad
-        cable.
-    longest_line : int, bytes
-        Received bytes without an end of line that are kept. Source: twice the protocol's line.
-    """
-
-    baud: int = 500000
-    hello_s: float = 4.0
-    ask_s: float = 0.5
-    slice_s: float = 0.02
-    attempts: int = 2
-    longest_line: int = 128
-
-
-SERIAL = SerialParameters()
-"""The values in use."""
+    # [bit/s] Speed of the port. Source: the protocol; an Arduino divides its clock to it exactly,
+    # and setting six lights takes less than 3 ms.
+    baud = 500000
+    # [s] Longest wait for the first hello. Source: the bootloader of an Arduino runs for 1 s
+    # (Optiboot) or 2 s (older ones) after its port is opened.
+    hello_s = 4.0
+    # [s] Interval at which a box that does not reset is asked for its hello. Source: several
+    # times within the time of a bootloader, which ends early when it receives something else.
+    ask_s = 0.5
+    # [s] Longest wait within one call of the port. Source: a small part of the shortest timeout.
+    slice_s = 0.02
+    # [count] How often a request is sent. Source: the protocol; damage to two lines in a row is a
+    # bad cable.
+    attempts = 2
+    # [bytes] Received bytes without an end of line that are kept. Source: twice the protocol's
+    # line.
+    longest_line = 128
 
 
 class SerialLink:

@@ -15,11 +15,9 @@ from tactile_core.builtin.usb_bus import described, port_path, usb_devices
 from tactile_core.errors import DeviceAbsent
 from tactile_core.interfaces.connected_device import ConnectedDevice
 
-PRODUCT = "Tactile lights"
-"""How the product's name begins; ids may be shared with other projects."""
+PRODUCT = "Tactile lights"  # How the product's name begins; ids may be shared with other projects
 
-USB_ID = "16c0:05dc"
-"""The id that projects share."""
+USB_ID = "16c0:05dc"  # The id that projects share
 
 
 class UsbOptions(BoxOptions):

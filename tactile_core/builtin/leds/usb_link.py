@@ -5,43 +5,30 @@ from __future__ import annotations
 import errno
 import time
 from itertools import cycle
-from typing import Any, NamedTuple
+from typing import Any
 
 from tactile_core.builtin.device_access import held, permission_advice
 from tactile_core.builtin.leds.protocol import UNASKED, BoxInfo, LineError
 from tactile_core.builtin.usb_bus import node_of, port_path
 from tactile_core.errors import DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 
-_TO_BOX, _FROM_BOX = 0x40, 0xC0
-"""Request types: vendor request to the device, out and in."""
+_TO_BOX, _FROM_BOX = 0x40, 0xC0  # Request types: vendor request to the device, out and in
 
-_DESCRIBE, _SET, _STATUS, _ALIVE = 1, 2, 3, 4
-"""Requests of the protocol."""
+_DESCRIBE, _SET, _STATUS, _ALIVE = 1, 2, 3, 4  # Requests of the protocol
 
-_INTERFACE = 0
-"""The interface that is claimed, so that no other program uses the box."""
+_INTERFACE = 0  # The interface that is claimed, so that no other program uses the box
 
+# Error numbers of a device that was unplugged.
 GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN, errno.ENOENT)
-"""Error numbers of a device that was unplugged."""
 
 
-class UsbParameters(NamedTuple):
-    """Times and sizes of a connection over USB.
+class USB:
+    """Times and sizes of a connection over USB."""
 
-    Attributes
-    ----------
-    poll_s : float, s
-        Interval at which the status is asked for. Source: one frame of full-speed USB.
-    longest_description : int, bytes
-        Bytes that a description has at most. Source: twice the line of the protocol.
-    """
-
-    poll_s: float = 0.001
-    longest_description: int = 128
-
-
-USB = UsbParameters()
-"""The values in use."""
+    # [s] Interval at which the status is asked for. Source: one frame of full-speed USB.
+    poll_s = 0.001
+    # [bytes] Bytes that a description has at most. Source: twice the line of the protocol.
+    longest_description = 128
 
 
 class UsbLink:

@@ -13,8 +13,7 @@ from tactile_core.interfaces.camera_control import ControlledCamera
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
 
-_WIDEST = 31
-"""Bits of a control; UVC's are signed integers of 32 bits at most."""
+_WIDEST = 31  # Bits of a control; UVC's are signed integers of 32 bits at most
 
 
 class UvcOptions(Options):

@@ -18,8 +18,8 @@ from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import DisplacementField, Frame, HeightMap, Reference, Wrench
 
+# Networks that come with the profiles; `sensor_profiles/networks` holds their data sheets.
 Shipped = Literal["hex_fingertip_virtual"]
-"""Networks that come with the profiles; ``sensor_profiles/networks`` holds their data sheets."""
 
 
 class ForceNetwork(Estimator):

@@ -25,8 +25,7 @@ Source = Literal["frame", "reference", "height", "displacement"]
 Numbers = FiniteFloat | tuple[FiniteFloat, ...]
 PositiveNumbers = PositiveFloat | tuple[PositiveFloat, ...]
 
-WRENCH = ("fx", "fy", "fz", "tz")
-"""Names of the outputs of a network that estimates a wrench."""
+WRENCH = ("fx", "fy", "fz", "tz")  # Names of the outputs of a network that estimates a wrench
 _COLOUR = 3
 
 

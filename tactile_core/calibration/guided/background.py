@@ -1,25 +1,21 @@
 """Work that must not delay live frames, in processes of its own or, for tests, at once."""
 
-# NumPy is imported in the new processes, after the number of its threads is set.
 from __future__ import annotations
 
-import os
 import pickle
-import signal
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
+from operator import methodcaller
+from traceback import format_exception
+from typing import Any, ParamSpec, TypeVar
 
-from tactile_core.pipeline.one_thread import ONE_THREAD
-
-if TYPE_CHECKING:
-    from tactile_core.algorithms.circles import Circle
-    from tactile_core.calibration.guided.bench import Bench
-    from tactile_core.calibration.guided.examination import Verdict
-    from tactile_core.quantities import Frame
+from tactile_core.algorithms.circles import Circle
+from tactile_core.calibration.guided.bench import Bench
+from tactile_core.calibration.guided.examination import Examiner, Verdict
+from tactile_core.calibration.guided.prequential import Scorer
+from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.quantities import Frame
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -36,52 +32,31 @@ def naming_a_kill() -> Iterator[None]:
     """
     try:
         yield
-    except BrokenProcessPool as error:
+    except ChildProcessError as error:
         raise ChildProcessError(
             "a process that judges presses was killed, perhaps because memory ran out; the session "
             "so far is recorded: fit it with 'tactile calibrate --presses'"
         ) from error
 
 
-class Background(Protocol):
-    """Examines and scores presses beside the live frames."""
-
-    def examine(self, name: str, frame: Frame) -> Future[Verdict]:
-        """Judge a still frame, together with those kept before."""
-
-    def score(
-        self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
-    ) -> Future[float | None]:
-        """Score the last of these presses with a calibration on all before it."""
-
-    def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Run the final fit, and wait for it."""
-
-    def close(self) -> None:
-        """Give up what is unfinished."""
-
-
 class AtOnce:
     """Does all work in the call itself: for tests and simulated time."""
 
     def __init__(self, bench: Bench) -> None:
-        from tactile_core.calibration.guided.examination import Examiner
-        from tactile_core.calibration.guided.prequential import Scorer
-
         self._examiner, self._scorer = Examiner(bench), Scorer(bench)
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
-        """Judge a still frame."""
+        """Judge a still frame, together with those kept before."""
         return _done(self._examiner.examine, name, frame)
 
     def score(
         self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
     ) -> Future[float | None]:
-        """Score the last of these presses."""
+        """Score the last of these presses with a calibration on all before it."""
         return _done(self._scorer.score, kept, before)
 
     def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Run the final fit."""
+        """Run the final fit, and wait for it."""
         return work(*args, **kwargs)
 
     def close(self) -> None:
@@ -89,57 +64,70 @@ class AtOnce:
 
 
 class InProcesses:
-    """Examines in one process and scores in another.
+    """Examines in one process and scores in another, and otherwise does as :class:`AtOnce`.
 
     A thread would delay live frames, because Python runs one thread at a time.
     """
 
     def __init__(self, bench: Bench) -> None:
         pickled = pickle.dumps(bench)
-        self._examiner, self._scorer = (
-            # "spawn": a forked process would inherit locks that it can never release
-            ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin, initargs=(pickled,))
-            for _ in range(2)
-        )
+        self._examiner, self._scorer = _Beside(pickled), _Beside(pickled)
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
-        """Judge a still frame."""
-        return self._examiner.submit(_examined, name, frame)
+        """Judge a still frame, together with those kept before."""
+        return self._examiner.asked("examine", name, frame)
 
     def score(
         self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
     ) -> Future[float | None]:
-        """Score the last of these presses."""
-        return self._scorer.submit(_scored, dict(kept), dict(before))
+        """Score the last of these presses with a calibration on all before it."""
+        return self._scorer.asked("score", dict(kept), dict(before))
 
     def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Run the final fit in the process of the examination."""
-        return self._examiner.submit(work, *args, **kwargs).result()
+        """Run the final fit in the process of the examination, and wait for it."""
+        fitted: T = self._examiner.asked("run", work, *args, **kwargs).result()
+        return fitted
 
     def close(self) -> None:
         """Give up what is unfinished."""
-        for pool in (self._examiner, self._scorer):
-            pool.shutdown(wait=False, cancel_futures=True)
+        self._examiner.close()
+        self._scorer.close()
 
 
-_mine: list[AtOnce] = []
-"""The work of this process; a pool's initializer can set it only globally."""
+class _Beside:
+    """An :class:`AtOnce` in another process, and a thread that asks it."""
+
+    def __init__(self, pickled: bytes) -> None:
+        self._worker = WorkerProcess(_working, pickled)
+        self._thread = ThreadPoolExecutor(1)
+        self._thread.submit(self._worker.receive)  # it is ready
+
+    def asked(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
+        return self._thread.submit(self._answer, methodcaller(name, *args, **kwargs))
+
+    def close(self) -> None:
+        self._thread.shutdown(wait=False, cancel_futures=True)
+        self._worker.end()
+
+    def _answer(self, call: Callable[[AtOnce], Any]) -> Any:
+        answer = self._worker.ask(call)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
 
 
-def _begin(pickled: bytes) -> None:
-    # Ctrl-C is handled by the process that reads the camera
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # several threads would only compete with the live chain
-    os.environ.update(ONE_THREAD)
-    _mine[:] = [AtOnce(pickle.loads(pickled))]
-
-
-def _examined(name: str, frame: Frame) -> Verdict:
-    return _mine[0].examine(name, frame).result()
-
-
-def _scored(kept: Mapping[str, Frame], before: Mapping[str, Circle]) -> float | None:
-    return _mine[0].score(kept, before).result()
+def _working(pickled: bytes) -> Generator[Any, Callable[[AtOnce], Any], None]:
+    """Make the calls that come; one that fails loses nothing of what was judged before."""
+    at_once = AtOnce(pickle.loads(pickled))
+    call = yield None
+    while True:
+        try:
+            answer = call(at_once)
+            answer = answer.result() if isinstance(answer, Future) else answer
+        except Exception as error:
+            error.add_note("".join(format_exception(error)))
+            answer = error
+        call = yield answer
 
 
 def _done(work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:

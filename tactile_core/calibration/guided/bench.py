@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan2, degrees, hypot, radians, tan
-from typing import NamedTuple, Self
+from typing import Self
 
 from tactile_core.algorithms.circles import Circle, Start, working_scale
 from tactile_core.algorithms.dome import flat_equivalent
@@ -18,25 +18,15 @@ from tactile_core.plugins.calibrators import calibrator_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
-NOWHERE = Circle((0.0, 0.0), 0.0, used=False)
-"""Circle of a press that has not been searched."""
+NOWHERE = Circle((0.0, 0.0), 0.0, used=False)  # Circle of a press that has not been searched
 
 
-class BenchParameters(NamedTuple):
-    """Parameters of what can be calibrated on. Nothing sets them from outside.
+class BENCH:
+    """Parameters of what can be calibrated on. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    least_slope_deg : float, deg
-        A ball whose slope stays below this in the whole view teaches nothing.
-        Source: chosen by hand: little more than the error of a good calibration.
-    """
-
-    least_slope_deg: float = 5.0
-
-
-BENCH = BenchParameters()
-"""The values in use."""
+    # [deg] A ball whose slope stays below this in the whole view teaches nothing. Source: by
+    # hand, : little more than the error of a good calibration.
+    least_slope_deg = 5.0
 
 
 class Bench:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -12,39 +11,26 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.calibration.presses import FoundPress
 
 
-class BesideParameters(NamedTuple):
-    """Parameters of the search for a second contact. Nothing sets them: they are ratios.
+class BESIDE:
+    """Parameters of the search for a second contact. Nothing sets them: they are ratios."""
 
-    Attributes
-    ----------
-    far_balls : tuple of float, ball radii
-        What is farther from the centre is beside the ball.
-        Source: chosen on virtual rigs: a second contact may overlap the first one, and the gel
-        around a contact is steep as well.
-    typical : float, ratio
-        A larger brightening than that of most presses times this is a second contact.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): two contacts begin
-        at 2.4, and single balls reach 2.2. Those of two real sensors reach 1.7.
-    fewest_presses : int, count
-        From this number of presses on, most of them are single balls.
-        Source: definition: the fewest with a median that two bad presses cannot move far.
-    largest : float, ratio
-        Largest brightening beside the ball before there are so many.
-        Source: chosen by hand: about half that of an equal ball.
-    blur_balls : float, ball radii
-        Radius over which the change is averaged.
-        Source: that of the circle search (``StartParameters.blur_radii``).
-    """
-
+    # [ball radii] What is farther from the centre is beside the ball. Source: chosen on virtual
+    # rigs: a second contact may overlap the first one, and the gel around a contact is steep as
+    # well.
     far_balls: tuple[float, ...] = (1.4, 1.7)
-    typical: float = 2.3
-    fewest_presses: int = 5
-    largest: float = 0.9
-    blur_balls: float = 0.35
-
-
-BESIDE = BesideParameters()
-"""The values in use."""
+    # [ratio] A larger brightening than that of most presses times this is a second contact.
+    # Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): two contacts begin at
+    # 2.4, and single balls reach 2.2. Those of two real sensors reach 1.7.
+    typical = 2.3
+    # [count] From this number of presses on, most of them are single balls. Source: definition:
+    # the fewest with a median that two bad presses cannot move far.
+    fewest_presses = 5
+    # [ratio] Largest brightening beside the ball before there are so many. Source: by hand, :
+    # about half that of an equal ball.
+    largest = 0.9
+    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
+    # (``StartParameters.blur_radii``).
+    blur_balls = 0.35
 
 
 def brightening(press: FoundPress) -> Float64:

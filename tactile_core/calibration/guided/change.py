@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,37 +12,21 @@ from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.quantities import Frame, Reference
 
 
-class ChangeParameters(NamedTuple):
-    """Parameters of the change of live frames. Nothing sets them: they are ratios.
+class CHANGE:
+    """Parameters of the change of live frames. Nothing sets them: they are ratios."""
 
-    Attributes
-    ----------
-    cells_per_ball : float, cells per ball radius
-        Size of the cells: a contact is at least a few cells wide.
-        Source: chosen by hand.
-    most_cells : int, count
-        Cells along the longer side, at most, so that a small ball costs no more time.
-        Source: chosen by hand.
-    blur_balls : float, ball radii
-        Radius over which the change is averaged before it is called a contact.
-        Source: that of the circle search (``StartParameters.blur_radii``).
-    dark_share : float, share of the full scale
-        Added to both intensities before the logarithm, which would dwell on noise in the dark.
-        Source: that of the drift estimate (``DriftParameters.dark_share``).
-    imprint_share : float, share of the strongest change
-        Cells with a larger change belong to the imprint.
-        Source: chosen by hand.
-    """
-
-    cells_per_ball: float = 5.0
-    most_cells: int = 96
-    blur_balls: float = 0.35
-    dark_share: float = 0.02
-    imprint_share: float = 0.35
-
-
-CHANGE = ChangeParameters()
-"""The values in use."""
+    # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
+    cells_per_ball = 5.0
+    # [count] Cells along the longer side, at most, so that a small ball costs no more time.
+    most_cells = 96
+    # [ball radii] Radius over which the change is averaged before it is called a contact. Source:
+    # that of the circle search (``StartParameters.blur_radii``).
+    blur_balls = 0.35
+    # [share of the full scale] Added to both intensities before the logarithm, which would dwell
+    # on noise in the dark. Source: that of the drift estimate (``DriftParameters.dark_share``).
+    dark_share = 0.02
+    # [share of the strongest change] Cells with a larger change belong to the imprint.
+    imprint_share = 0.35
 
 
 @dataclass(frozen=True, eq=False)

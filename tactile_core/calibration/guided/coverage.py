@@ -11,54 +11,33 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle
 
 
-class CoverageParameters(NamedTuple):
-    """Parameters of the coverage. Nothing sets them from outside.
+class COVERAGE:
+    """Parameters of the coverage. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    presses : int, count
-        Presses that cover the view if each is at the best place.
-        Source: the guide: thirty presses are good; some are lost, and 24 are what five minutes
-        allow.
-    cells : int, count
-        Cells along the longer side of the view.
-        Source: chosen by hand: half of the distance between 24 places is then two cells.
-    complete : float, share
-        A view that is covered to this share is complete.
-        Source: chosen by hand: some corners are out of reach of a whole circle.
-    contacts : tuple of float, ball radii
-        Radii of the contacts that are asked for.
-        Source: what ``tactile calibrate`` uses, and the depths of ADR 53.
-    rings_deg : tuple of float, degrees
-        Borders of the rings of steepness.
-        Source: chosen by hand; a contact of 0.7 ball radii has slopes up to 44°.
-    presses_per_ring : int, count
-        Presses that have to show slopes of a ring, in each of the regions.
-        Source: chosen by hand.
-    regions : int, count
-        Regions along each side of the view, in which slopes are counted.
-        Source: chosen by hand: light varies over the view about quadratically.
-    margin_px : float, px
-        Distance kept between a contact and the border.
-        Source: chosen by hand.
-    new_share : float, share
-        A press at a place of an earlier one, closer than this share of the reach, is nothing new.
-        Source: chosen by hand.
-    """
-
-    presses: int = 24
-    cells: int = 32
-    complete: float = 0.85
+    # [count] Presses that cover the view if each is at the best place. Source: the guide: thirty
+    # presses are good; some are lost, and 24 are what five minutes allow.
+    presses = 24
+    # [count] Cells along the longer side of the view. Source: by hand, : half of the distance
+    # between 24 places is then two cells.
+    cells = 32
+    # [share] A view that is covered to this share is complete. Source: by hand, : some corners
+    # are out of reach of a whole circle.
+    complete = 0.85
+    # [ball radii] Radii of the contacts that are asked for. Source: what ``tactile calibrate``
+    # uses, and the depths of ADR 53.
     contacts: tuple[float, ...] = (0.5, 0.6, 0.7)
+    # [degrees] Borders of the rings of steepness. Source: by hand, a contact of 0.7 ball radii
+    # has slopes up to 44°.
     rings_deg: tuple[float, ...] = (0.0, 10.0, 20.0, 30.0, 40.0)
-    presses_per_ring: int = 2
-    regions: int = 3
-    margin_px: float = 3.0
-    new_share: float = 0.2
-
-
-COVERAGE = CoverageParameters()
-"""The values in use."""
+    # [count] Presses that have to show slopes of a ring, in each of the regions.
+    presses_per_ring = 2
+    # [count] Regions along each side of the view, in which slopes are counted. Source: by hand, :
+    # light varies over the view about quadratically.
+    regions = 3
+    margin_px = 3.0  # [px] Distance kept between a contact and the border
+    # [share] A press at a place of an earlier one, closer than this share of the reach, is
+    # nothing new.
+    new_share = 0.2
 
 
 class Target(NamedTuple):

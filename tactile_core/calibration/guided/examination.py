@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,42 +15,26 @@ from tactile_core.errors import SequenceError
 from tactile_core.quantities import Frame
 
 
-class ExaminationParameters(NamedTuple):
-    """Limits of a press that is kept. Nothing sets them: they are ratios of lengths.
+class EXAMINATION:
+    """Limits of a press that is kept. Nothing sets them: they are ratios of lengths."""
 
-    Attributes
-    ----------
-    smallest_contact : float, ball radii
-        A smaller contact shows hardly any slopes.
-        Source: chosen by hand, more than the circle search needs (``FitParameters``).
-    largest_contact : float, ball radii
-        A larger one is too deep: the sides are dark, and the gel may touch its plate.
-        Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63
-        on a half-space and 0.8 if all of the cap touches, as on a thin layer.
-    deepest : float, share of the gel's thickness
-        A ball with this contact would be too deep for the gel.
-        Source: chosen by hand.
-    visible : float, share
-        Less of the contact inside the image is too little.
-        Source: geometry: the circle is whole but for a pixel's error.
-    irregular : float, ball radii
-        Largest standard deviation of the contact's radius.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
-    saturated : float, share
-        Largest share of the contact that is saturated.
-        Source: chosen by hand.
-    """
+    # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
+    # circle search needs (``FitParameters``).
+    smallest_contact = 0.35
+    # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its plate.
+    # Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63
+    # on a half-space and 0.8 if all of the cap touches, as on a thin layer.
+    largest_contact = 0.78
+    # [share of the gel's thickness] A ball with this contact would be too deep for the gel.
+    deepest = 0.75
+    # [share] Less of the contact inside the image is too little. Source: geometry: the circle is
+    # whole but for a pixel's error.
+    visible = 0.97
+    # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
+    # rigs (``benchmarks/guided_calibration.py``).
+    irregular = 0.12
+    saturated = 0.2  # [share] Largest share of the contact that is saturated
 
-    smallest_contact: float = 0.35
-    largest_contact: float = 0.78
-    deepest: float = 0.75
-    visible: float = 0.97
-    irregular: float = 0.12
-    saturated: float = 0.2
-
-
-EXAMINATION = ExaminationParameters()
-"""The values in use."""
 
 _BESIDE = "something else touches next to the ball; press the ball alone"
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from tactile_core.algorithms.circles import Circle
 
+# What the person should do: let go, press at the target, hold still, lift, or nothing more.
 State = Literal["hands_off", "press", "hold", "lift", "done"]
-"""What the person should do: let go, press at the target, hold still, lift, or nothing more."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,29 +17,18 @@ from tactile_core.plugins.calibrators import fitted_by
 from tactile_core.quantities import Frame
 
 
-class PrequentialParameters(NamedTuple):
-    """Parameters of the running score. Nothing sets them.
+class PREQUENTIAL:
+    """Parameters of the running score. Nothing sets them."""
 
-    Attributes
-    ----------
-    fewest_presses : int, count
-        With fewer presses nothing is scored: the circles are found with a light that is uniform.
-        Source: the circle search (``LightParameters.few_presses``).
-    window : int, count
-        Latest presses whose mean error is the score.
-        Source: chosen by hand: errors of single presses differ by half.
-    helps : float, ratio
-        More presses help while the score falls by more than this share from one window to the next.
-        Source: chosen by hand: a third of the accuracy that guided calibration promises.
-    """
-
-    fewest_presses: int = 4
-    window: int = 6
-    helps: float = 0.05
-
-
-PREQUENTIAL = PrequentialParameters()
-"""The values in use."""
+    # [count] With fewer presses nothing is scored: the circles are found with a light that is
+    # uniform. Source: the circle search (``LightParameters.few_presses``).
+    fewest_presses = 4
+    # [count] Latest presses whose mean error is the score. Source: by hand, : errors of single
+    # presses differ by half.
+    window = 6
+    # [ratio] More presses help while the score falls by more than this share from one window to
+    # the next. Source: by hand, : a third of the accuracy that guided calibration promises.
+    helps = 0.05
 
 
 class Scorer:

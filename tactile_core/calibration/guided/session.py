@@ -8,19 +8,14 @@ from concurrent.futures import Future, wait
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.circles.start import START
 from tactile_core.calibration.fitting import calibrate_presses
-from tactile_core.calibration.guided.background import (
-    AtOnce,
-    Background,
-    InProcesses,
-    naming_a_kill,
-)
+from tactile_core.calibration.guided.background import AtOnce, InProcesses, naming_a_kill
 from tactile_core.calibration.guided.bench import Bench
 from tactile_core.calibration.guided.change import Change, UndeformedCells
 from tactile_core.calibration.guided.coverage import Coverage, Target
@@ -39,33 +34,18 @@ from tactile_core.quantities import Frame, Reference
 Note = Callable[[str, Mapping[str, Any]], None]
 
 
-class SessionParameters(NamedTuple):
-    """When guided calibration begins and ends. Nothing sets them from outside.
+class SESSION:
+    """When guided calibration begins and ends. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    quiet_frames : int, count
-        Frames without a touch before the first press: they show the noise.
-        Source: chosen by hand.
-    most_presses : int, count
-        No more are asked for.
-        Source: the guide: thirty presses are good, and with one bad in five 24 are left of them.
-    most_attempts : int, count
-        Nor after this many touches, if ``enough_presses`` are kept.
-        Source: the same.
-    enough_presses : int, count
-        Fewest presses with which guiding ends by itself.
-        Source: the circle search describes the light best from 12 on (``LightParameters``).
-    """
-
-    quiet_frames: int = 3
-    most_presses: int = 24
-    most_attempts: int = 30
-    enough_presses: int = 12
-
-
-SESSION = SessionParameters()
-"""The values in use."""
+    quiet_frames = 3  # [count] Frames without a touch before the first press: they show the noise
+    # [count] No more are asked for. Source: the guide: thirty presses are good, and with one bad
+    # in five 24 are left of them.
+    most_presses = 24
+    # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
+    most_attempts = 30
+    # [count] Fewest presses with which guiding ends by itself. Source: the circle search
+    # describes the light best from 12 on (``LightParameters``).
+    enough_presses = 12
 
 
 class GuidedCalibration:
@@ -118,7 +98,7 @@ class GuidedCalibration:
             self.profile.image.width_px,
         ):
             raise InputError("the reference has another size than the profile's images")
-        self._background: Background = AtOnce(bench) if at_once else InProcesses(bench)
+        self._background = AtOnce(bench) if at_once else InProcesses(bench)
         self._cells = UndeformedCells(reference, bench.ball_radius_px)
         self._touches = Touches(bench.ball_radius_px)
         size = self.profile.image.width_px, self.profile.image.height_px

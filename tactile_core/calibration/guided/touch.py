@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,57 +12,41 @@ from tactile_core.calibration.guided.change import Change
 from tactile_core.quantities import Frame
 
 
-class TouchParameters(NamedTuple):
-    """Parameters of following touches. Nothing sets them from outside: they are ratios and times.
+class TOUCH:
+    """Parameters of following touches.
 
-    Attributes
-    ----------
-    touches : float, logarithm of the intensity
-        A stronger change is a touch.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
-    touches_noise : float, ratio
-        The same, over the change while nothing touches.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``).
-    lifted_share : float, ratio
-        With a change below this share of that of a touch, the touch has ended.
-        Source: chosen by hand, so that noise between the two is neither.
-    quiet_frames : int, count
-        Latest frames without a touch whose median change is the noise.
-        Source: chosen by hand.
-    still_s : float, s
-        A press is still if it does not change for this time.
-        Source: chosen by hand: a hand that stops for less is about to move.
-    still_frames : int, count
-        Frames of that time, at least. The middle one is kept: nothing moved before or after it, so
-        nothing moved during the exposures of a sequence either.
-        Source: definition; three are the fewest with a middle.
-    still_change : float, ratio
-        Largest change of the imprint between any frame of that time and the last, relative to the
-        imprint, besides noise.
-        Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): a tremor by 1 % of
-        the depth changes 0.02 to 0.1, a slide by a tenth of the ball's radius 0.25 and more.
-    slide_balls : float, ball radii
-        A touch whose imprint has moved further has slid.
-        Source: virtual rigs (``benchmarks/guided_calibration.py``).
-    imprinted : float, ratio
-        The position of an imprint counts if it is this strong, relative to when it is still:
-        before, contact is a point, and noise moves it.
-        Source: virtual rigs (``benchmarks/guided_calibration.py``).
+    Nothing sets them from outside: they are ratios and times.
     """
 
-    touches: float = 0.05
-    touches_noise: float = 2.5
-    lifted_share: float = 0.6
-    quiet_frames: int = 50
-    still_s: float = 0.3
-    still_frames: int = 4
-    still_change: float = 0.13
-    slide_balls: float = 0.3
-    imprinted: float = 0.6
-
-
-TOUCH = TouchParameters()
-"""The values in use."""
+    # [logarithm of the intensity] A stronger change is a touch. Source: chosen on virtual rigs
+    # (``benchmarks/guided_calibration.py``).
+    touches = 0.05
+    # [ratio] The same, over the change while nothing touches. Source: chosen on virtual rigs
+    # (``benchmarks/guided_calibration.py``).
+    touches_noise = 2.5
+    # [ratio] With a change below this share of that of a touch, the touch has ended. Source: by
+    # hand, so that noise between the two is neither.
+    lifted_share = 0.6
+    quiet_frames = 50  # [count] Latest frames without a touch whose median change is the noise
+    # [s] A press is still if it does not change for this time. Source: by hand, : a hand that
+    # stops for less is about to move.
+    still_s = 0.3
+    # [count] Frames of that time, at least. The middle one is kept: nothing moved before or after
+    # it, so nothing moved during the exposures of a sequence either. Source: definition; three
+    # are the fewest with a middle.
+    still_frames = 4
+    # [ratio] Largest change of the imprint between any frame of that time and the last, relative
+    # to the imprint, besides noise. Source: chosen on virtual rigs
+    # (``benchmarks/guided_calibration.py``): a tremor by 1 % of the depth changes 0.02 to 0.1, a
+    # slide by a tenth of the ball's radius 0.25 and more.
+    still_change = 0.13
+    # [ball radii] A touch whose imprint has moved further has slid. Source: virtual rigs
+    # (``benchmarks/guided_calibration.py``).
+    slide_balls = 0.3
+    # [ratio] The position of an imprint counts if it is this strong, relative to when it is
+    # still: before, contact is a point, and noise moves it. Source: virtual rigs
+    # (``benchmarks/guided_calibration.py``).
+    imprinted = 0.6
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.evaluation.comparison.truth import Arrays
 
-_BINS_PER_DEG = 100
-"""Resolution of the histogram of angles: quantiles are exact to 0.01°."""
+_BINS_PER_DEG = 100  # Resolution of the histogram of angles: quantiles are exact to 0.01°
 
 
 class Angles:

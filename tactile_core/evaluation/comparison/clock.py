@@ -9,8 +9,8 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame
 
+# Fewest frames to time; shorter recordings are repeated, for timing only. Chosen by hand.
 LEAST_FRAMES = 20
-"""Fewest frames to time; shorter recordings are repeated, for timing only. Chosen by hand."""
 
 
 def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:

@@ -10,8 +10,8 @@ from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.pipeline.worker_process import WorkerProcess
 
+# Frames that the process measures. Chosen by hand; memory no longer grows after the first few.
 FRAMES = 20
-"""Frames that the process measures. Chosen by hand; memory no longer grows after the first few."""
 
 
 def peak_of_stream_mib(

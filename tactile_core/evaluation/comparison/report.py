@@ -12,11 +12,10 @@ from tactile_core.quantities.layers import Outline, Surface
 from tactile_core.views import html
 from tactile_core.views.maps import Overlay, deviation, relief
 
-NOTHING = "–"
-"""Cell of a score that does not exist."""
+NOTHING = "–"  # Cell of a score that does not exist
 
+# Percentile of the absolute height error at which the colour scale ends. Chosen by hand.
 _ERROR_PERCENTILE = 99.5
-"""Percentile of the absolute height error at which the colour scale ends. Chosen by hand."""
 
 _EXPLAINED = (
     "Normals: angle between measured and true normals, over all pixels and over the true contact. "

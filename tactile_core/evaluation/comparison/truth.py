@@ -16,10 +16,9 @@ from tactile_core.formats.npz import read_npz
 
 Arrays = Mapping[str, NDArray[Any]]
 
-_SCALE_TOLERANCE = 0.01
-"""Largest relative difference of scale, as a ratio. Chosen by hand."""
+_SCALE_TOLERANCE = 0.01  # Largest relative difference of scale, as a ratio. Chosen by hand.
+# Arrays that are not measured quantities, so they have no ground truth.
 _WITHOUT_TRUTH = frozenset({"valid", "mm_per_px"})
-"""Arrays that are not measured quantities, so they have no ground truth."""
 
 
 @dataclass(frozen=True)

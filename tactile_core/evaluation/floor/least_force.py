@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,33 +14,21 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import RelativeLoad, Wrench
 
 
-class FloorParameters(NamedTuple):
-    """What counts as distinguished from none.
+class FLOOR:
+    """What counts as distinguished from none."""
 
-    Attributes
-    ----------
-    quantile : float, share of the readings at rest
-        A reading is distinguished if it differs from rest by more than this quantile.
-        Source: chosen by hand: one false alarm in a hundred frames.
-    near_zero_n : float, N
-        The slope is fitted to forces up to this.
-        Source: chosen by hand: ten times the least force of the review's table 1.
-    rest_share : float, share of the largest force
-        A recorded frame with less force is at rest.
-        Source: chosen by hand: the error of a usual load cell.
-    fewest_at_rest : int, count
-        With fewer frames at rest the quantile is not known.
-        Source: chosen by hand; then it is the largest of them.
-    """
-
-    quantile: float = 0.99
-    near_zero_n: float = 0.5
-    rest_share: float = 0.01
-    fewest_at_rest: int = 5
-
-
-FLOOR = FloorParameters()
-"""The values in use."""
+    # [share of the readings at rest] A reading is distinguished if it differs from rest by more
+    # than this quantile. Source: by hand, : one false alarm in a hundred frames.
+    quantile = 0.99
+    # [N] The slope is fitted to forces up to this. Source: by hand, : ten times the least force
+    # of the review's table 1.
+    near_zero_n = 0.5
+    # [share of the largest force] A recorded frame with less force is at rest. Source: by hand, :
+    # the error of a usual load cell.
+    rest_share = 0.01
+    # [count] With fewer frames at rest the quantile is not known. Source: by hand, then it is the
+    # largest of them.
+    fewest_at_rest = 5
 
 
 @dataclass(frozen=True)

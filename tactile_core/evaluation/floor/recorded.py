@@ -14,8 +14,8 @@ from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.model import Profile
 
+# Which measured force each estimate is compared with.
 _COLUMNS = {"fx": 0, "fy": 1, "fz": 2, "load": 2}
-"""Which measured force each estimate is compared with."""
 
 
 def recorded_floors(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,41 +19,28 @@ from tactile_core.sim.stage import VirtualStage
 _SHEAR = "fx", "fy"
 
 
-class VirtualFloorParameters(NamedTuple):
-    """What is pressed on the virtual sensor.
+class VIRTUAL_FLOOR:
+    """What is pressed on the virtual sensor."""
 
-    Attributes
-    ----------
-    rest_frames : int, count
-        Frames without force, and again before every shear.
-        Source: chosen by hand; the quantile is then close to the largest of them.
-    averaged : int, count
-        Frames whose mean is the reference of a sensor without a bundle.
-        Source: that of ``capture_reference``.
-    held_n : float, N
-        Normal force while the surface is sheared.
-        Source: chosen by hand: a light grip, with fifty times the shear force in question.
-    shear_mm : float, mm
-        Displacement of the object between two readings.
-        Source: chosen by hand: less than a hundredth of a newton on the fingertip.
-    shears : int, count
-        Readings while the surface is sheared.
-        Source: chosen by hand; to two tenths of a newton on the fingertip.
-    forces_n : tuple of float, N
-        Normal forces at which readings are taken.
-        Source: chosen by hand: around the least force of the review's table 1.
-    """
-
-    rest_frames: int = 60
-    averaged: int = 10
-    held_n: float = 1.0
-    shear_mm: float = 0.004
-    shears: int = 25
+    # [count] Frames without force, and again before every shear. Source: by hand, the quantile is
+    # then close to the largest of them.
+    rest_frames = 60
+    # [count] Frames whose mean is the reference of a sensor without a bundle. Source: that of
+    # ``capture_reference``.
+    averaged = 10
+    # [N] Normal force while the surface is sheared. Source: by hand, : a light grip, with fifty
+    # times the shear force in question.
+    held_n = 1.0
+    # [mm] Displacement of the object between two readings. Source: by hand, : less than a
+    # hundredth of a newton on the fingertip.
+    shear_mm = 0.004
+    # [count] Readings while the surface is sheared. Source: by hand, to two tenths of a newton on
+    # the fingertip.
+    shears = 25
+    # [N] Normal forces at which readings are taken. Source: by hand, : around the least force of
+    # the review's table 1.
     forces_n: tuple[float, ...] = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 1)
 
-
-VIRTUAL_FLOOR = VirtualFloorParameters()
-"""The values in use."""
 
 _OBJECTS: dict[str, tuple[str, dict[str, float]]] = {
     "sphere 12 mm": ("sphere", {"diameter_mm": 12}),

@@ -17,8 +17,7 @@ from tactile_core.formats.files import write_atomically
 from tactile_core.formats.yaml import yaml_text
 from tactile_core.profiles.model import Profile
 
-OPSET = 13
-"""Of ONNX: old enough for every OpenCV that the project supports."""
+OPSET = 13  # Of ONNX: old enough for every OpenCV that the project supports
 
 
 class DataSheet(NamedTuple):

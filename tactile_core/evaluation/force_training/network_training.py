@@ -29,12 +29,10 @@ from tactile_core.sim.force_data import CELL_PX, FORCE_DATA, TRAINING_OBJECTS, U
 
 Network = Literal["small", "vgg16"]
 
-LICENCE = "MIT"
-"""Of networks that train on the project's own virtual sensors."""
+LICENCE = "MIT"  # Of networks that train on the project's own virtual sensors
+# Numbers of the first virtual units: trained on, for the standard deviations, and scored.
 FIRST_UNIT, FIRST_CHECKED, FIRST_UNSEEN = 101, 9101, 9001
-"""Numbers of the first virtual units: trained on, for the standard deviations, and scored."""
-_HALF_SIZE = 8
-"""One unit in so many is rendered at full size; half the size takes half the time."""
+_HALF_SIZE = 8  # One unit in so many is rendered at full size; half the size takes half the time
 
 
 class Trained(NamedTuple):

@@ -11,8 +11,8 @@ from torch import nn
 from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.sim.force_data import CELL_PX, cell_centres_mm
 
+# Channels of the convolutions of VGG-16, 0 for pooling (Simonyan and Zisserman, 2015).
 _VGG16 = (64, 64, 0, 128, 128, 0, 256, 256, 256, 0, 512, 512, 512, 0, 512, 512, 512, 0)
-"""Channels of the convolutions of VGG-16, 0 for pooling (Simonyan and Zisserman, 2015)."""
 
 
 class LoadMap(nn.Module):

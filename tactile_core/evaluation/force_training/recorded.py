@@ -16,10 +16,8 @@ from tactile_core.interfaces.progress import Progress
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.model import Profile
 
-_FEWEST_SEQUENCES = 3
-"""One to train on, one for the standard deviations, and one for the score."""
-_PARTS = 5
-"""Of a recording without named sequences."""
+_FEWEST_SEQUENCES = 3  # One to train on, one for the standard deviations, and one for the score
+_PARTS = 5  # Of a recording without named sequences
 
 
 def recorded_samples(

@@ -15,8 +15,8 @@ from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.force_data import CELL_PX, ForceObject, ForceUnit
 
+# Width of the samples: a marker of the fingertips is four pixels wide, so its motion shows.
 WIDTH_PX = 160
-"""Width of the samples: a marker of the fingertips is four pixels wide, so its motion shows."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,10 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 
 COMPONENTS = "fx", "fy", "fz", "tz"
+# Shares of the normal force outside the view up to which a contact is inside it, and visible.
 _INSIDE, _VISIBLE = 0.02, 0.1
-"""Shares of the normal force outside the view up to which a contact is inside it, and visible."""
-_SMALL = 0.15
-"""Share of the samples that count as small forces."""
-_ONE_SIGMA = 0.683
-"""Probability that a normal error is below one standard deviation."""
+_SMALL = 0.15  # Share of the samples that count as small forces
+_ONE_SIGMA = 0.683  # Probability that a normal error is below one standard deviation
 
 
 class ForceScore(NamedTuple):

@@ -15,63 +15,35 @@ from tactile_core.evaluation.force_training.networks import LoadMap
 from tactile_core.evaluation.force_training.samples import UnitSamples
 from tactile_core.interfaces.progress import Progress
 
-_SIGNS = np.array([-1, 1, 1, -1], np.float32)
-"""Of a wrench in the mirror: fx and tz change."""
-_NOISE = 4_000_000
-"""Standard normal samples that the noise is taken from."""
+_SIGNS = np.array([-1, 1, 1, -1], np.float32)  # Of a wrench in the mirror: fx and tz change
+_NOISE = 4_000_000  # Standard normal samples that the noise is taken from
 
 
-class TrainingParameters(NamedTuple):
-    """Parameters of the training; epochs and seed are options of the command.
+class TRAINING:
+    """Parameters of the training; epochs and seed are options of the command."""
 
-    Attributes
-    ----------
-    batch : int, count
-        Images per step.
-        Source: chosen by hand.
-    rate : float, per step
-        Largest learning rate; it rises over ``warm_up`` steps and falls to 0 by a half cosine.
-        Source: chosen by hand.
-    warm_up : int, steps
-        See ``rate``.
-        Source: chosen by hand.
-    decay : float, per step relative to the rate
-        Weight decay.
-        Source: chosen by hand.
-    load_weight : float, ratio
-        Weight of the loads on cells relative to the wrench.
-        Source: chosen by hand.
-    wrench_knee, load_knee : float, standard deviations
-        Error from which the loss grows linearly.
-        Source: chosen by hand: a fifth of the spread is an outlier.
-    averaging : float, share
-        Weight of the past in the moving average of the weights, which is what is kept.
-        Source: chosen by hand: over some 500 steps.
-    colour, gain, balance : float, ratio
-        Brightness of each light (half range), common drift since the reference (standard
-        deviation), and drift of each colour.
-        Source: light drift is compensated to about 1 %.
-    noise : float, 8-bit intensity
-        Largest noise that is added to a pixel of a sample.
-        Source: the noise of a webcam, averaged over 16 pixels.
-    """
-
-    batch: int = 64
-    rate: float = 2e-3
-    warm_up: int = 100
-    decay: float = 1e-2
-    load_weight: float = 2.0
-    wrench_knee: float = 0.3
-    load_knee: float = 0.5
-    averaging: float = 0.998
-    colour: float = 0.15
-    gain: float = 0.01
-    balance: float = 0.005
-    noise: float = 0.6
-
-
-TRAINING = TrainingParameters()
-"""The values in use."""
+    batch = 64  # [count] Images per step
+    # [per step] Largest learning rate; it rises over ``warm_up`` steps and falls to 0 by a half
+    # cosine.
+    rate = 2e-3
+    warm_up = 100  # [steps] See ``rate``
+    decay = 1e-2  # [per step relative to the rate] Weight decay
+    load_weight = 2.0  # [ratio] Weight of the loads on cells relative to the wrench
+    # [standard deviations] Error from which the loss grows linearly. Source: by hand, : a fifth
+    # of the spread is an outlier.
+    wrench_knee = 0.3
+    load_knee = 0.5
+    # [share] Weight of the past in the moving average of the weights, which is what is kept.
+    # Source: by hand, : over some 500 steps.
+    averaging = 0.998
+    # [ratio] Brightness of each light (half range), common drift since the reference (standard
+    # deviation), and drift of each colour. Source: light drift is compensated to about 1 %.
+    colour = 0.15
+    gain = 0.01
+    balance = 0.005
+    # [8-bit intensity] Largest noise that is added to a pixel of a sample. Source: the noise of a
+    # webcam, averaged over 16 pixels.
+    noise = 0.6
 
 
 class Batch(NamedTuple):

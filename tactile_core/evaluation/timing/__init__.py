@@ -19,11 +19,9 @@ from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.profiles.model import Profile
 
-SECONDS = 6.0
-"""Default time for measuring the stages of all units together, s. Chosen by hand."""
+SECONDS = 6.0  # Default time for measuring the stages of all units together, s. Chosen by hand.
 
-_MIN_ROUNDS = 10
-"""Fewest rounds per stage. Chosen by hand; a 90th percentile needs at least ten."""
+_MIN_ROUNDS = 10  # Fewest rounds per stage. Chosen by hand; a 90th percentile needs at least ten.
 
 
 def bench(
@@ -74,7 +72,7 @@ def bench(
     benches = []
     for unit, costs in zip(units, all_costs, strict=True):
         progress.stage(f"streaming {unit.profile.name}", 0.35 / len(units))
-        alone, ratio = streamed(unit, two=available_cores() > 1)
+        peak_mib, ratio = streamed(unit, two=available_cores() > 1)
         benches.append(
             Bench(
                 profile=unit.profile.name,
@@ -82,9 +80,8 @@ def bench(
                 size_px=unit.bundle.manifest.image_size_px,
                 stages=costs,
                 rounds=rounds,
-                peak_memory_mib=alone.peak_memory_mib,
+                peak_memory_mib=peak_mib,
                 two_process_ratio=ratio,
-                uses_numba=alone.uses_numba,
             )
         )
     return Benches(machine(), tuple(benches), tuple(left_out))

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-_PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "scikit-image", "numba")
+_PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "scikit-image")
 
 
 def machine() -> dict[str, Any]:

@@ -2,68 +2,37 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 from time import perf_counter
-from typing import NamedTuple
 
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.pipeline.worker_process import WorkerProcess
 
+# Frames before timing starts. Chosen by hand; the first one compiles and prepares tables.
 WARM_UP_FRAMES = 4
-"""Frames before timing starts. Chosen by hand; the first one compiles and prepares tables."""
 
 
-class StreamingParameters(NamedTuple):
-    """Measurement of throughput with one and with two processes.
+class STREAMING:
+    """Measurement of throughput with one and with two processes."""
 
-    Attributes
-    ----------
-    rounds : int, count
-        Alternations between one and two processes; the result is their median.
-        Source: chosen by hand; no script derives it.
-    round_s : float, s
-        Duration of one measurement.
-        Source: chosen by hand; no script derives it.
-    """
-
-    rounds: int = 3
-    round_s: float = 0.15
+    rounds = 3  # [count] Alternations between one and two processes; the result is their median
+    round_s = 0.15  # [s] Duration of one measurement
 
 
-STREAMING = StreamingParameters()
-"""The values in use."""
-
-
-@dataclass(frozen=True)
-class Alone:
-    """Properties of a process that only streams a unit's frames.
-
-    Attributes
-    ----------
-    peak_memory_mib : float or None
-        Peak resident memory, including Python and libraries; None if the system does not report
-        it.
-    uses_numba : bool
-        Whether the ``fast`` extra is in use.
-    """
-
-    peak_memory_mib: float | None
-    uses_numba: bool
-
-
-def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
+def streamed(unit: VirtualUnit, *, two: bool) -> tuple[float | None, float | None]:
     """Stream a unit in one process, and in two at once.
 
     Both cases alternate, so that other load on the machine affects them equally.
 
     Returns
     -------
-    alone : Alone
+    peak_memory_mib : float or None
+        Peak resident memory of one process, including Python and libraries; None if the system
+        does not report it.
     ratio : float or None
         Total throughput of two processes relative to one; None unless ``two``.
     """
@@ -72,13 +41,13 @@ def streamed(unit: VirtualUnit, *, two: bool) -> tuple[Alone, float | None]:
         if not two:
             return first.receive(), None
         with WorkerProcess(_stream, unit) as second:
-            alone: Alone = first.receive()
+            peak_mib: float | None = first.receive()
             second.receive()
             ratios = []
             for _ in range(STREAMING.rounds):
                 rates = [_rate(first), _rate(first, second)]
                 ratios.append(rates[1] / rates[0])
-    return alone, median(ratios)
+    return peak_mib, median(ratios)
 
 
 def _rate(*processes: WorkerProcess) -> float:
@@ -87,12 +56,12 @@ def _rate(*processes: WorkerProcess) -> float:
     return float(sum(process.receive() for process in processes))
 
 
-def _stream(unit: VirtualUnit) -> Generator[Alone | float, float, None]:
+def _stream(unit: VirtualUnit) -> Generator[float | None, float, None]:
     with one_thread():
         stream = Stream(unit)
         for _ in range(WARM_UP_FRAMES):
             stream.whole()
-        duration_s = yield Alone(peak_memory_mib(), "numba" in sys.modules)
+        duration_s = yield peak_memory_mib()
         while True:
             count, start = 0, perf_counter()
             while (elapsed_s := perf_counter() - start) < duration_s:

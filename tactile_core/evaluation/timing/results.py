@@ -52,8 +52,6 @@ class Bench:
         Peak resident memory of a process that only streams, including Python and libraries.
     two_process_ratio : float or None
         Throughput of two such processes at once relative to one; None on one core.
-    uses_numba : bool
-        Whether the ``fast`` extra is in use.
     """
 
     profile: str
@@ -63,7 +61,6 @@ class Bench:
     rounds: int
     peak_memory_mib: float | None
     two_process_ratio: float | None
-    uses_numba: bool
 
     def summary(self) -> dict[str, Any]:
         """JSON-ready."""
@@ -76,7 +73,6 @@ class Bench:
             "rounds": self.rounds,
             "peak_memory_mib": None if peak is None else round(peak, 1),
             "two_process_ratio": None if ratio is None else round(ratio, 3),
-            "fast": self.uses_numba,
         }
 
 
@@ -99,13 +95,8 @@ class Benches:
 
     def summary(self) -> dict[str, Any]:
         """The output of ``tactile bench --json``."""
-        fast = {
-            "installed": self.machine["versions"]["numba"] is not None,
-            "used": any(bench.uses_numba for bench in self.benches),
-        }
         return {
             "machine": self.machine,
-            "fast": fast,
             "benches": [bench.summary() for bench in self.benches],
             "left_out": list(self.left_out),
         }

@@ -10,7 +10,6 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.algorithms import kernels
 from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
@@ -47,8 +46,7 @@ class Stream:
     """
 
     def __init__(self, unit: VirtualUnit) -> None:
-        compiled = kernels.load() is not None  # compiled before timing starts, if it has to be
-        self._pipeline = Pipeline(unit.profile, unit.bundle, compiled=compiled)
+        self._pipeline = Pipeline(unit.profile, unit.bundle)
         self._bundle = unit.bundle
         self._frames = cycle(unit.stroke)
         self._condition = self._pipeline.conditioning

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,53 +27,23 @@ from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
 
-class UnitParameters(NamedTuple):
-    """Presses and frames of a virtual unit. They are fixed, so that timings are comparable.
+class UNIT:
+    """Presses and frames of a virtual unit. They are fixed, so that timings are comparable."""
 
-    Attributes
-    ----------
-    presses : int, count
-        Calibration presses.
-        Source: chosen by hand; no script derives it.
-    ball_widths : float, view widths
-        Diameter of the ball.
-        Source: chosen by hand; no script derives it.
-    depth_balls : float, ball diameters
-        Depth of a press.
-        Source: chosen by hand; no script derives it.
-    region : (float, float), share of the image size
-        Range of the press positions along x and y.
-        Source: chosen by hand; no script derives it.
-    kept_frames : int, count
-        Calibration presses whose frames are kept.
-        Source: chosen by hand; no script derives it.
-    stroke_frames : int, count
-        Frames of a ball that moves, unless others are wanted; they repeat without a jump.
-        Source: chosen by hand, as many as the buffers of a camera.
-    stroke_px : (float, float), px
-        Least and largest shear displacement of that ball.
-        Source: chosen by hand; no script derives it.
-    stroke_depth : float, share of the depth
-        By how much it is pressed more and less deep.
-        Source: chosen by hand; no script derives it.
-    shear_radii : float, contact radii
-        Distance from the contact at which its shear displacement has decayed to zero.
-        Source: chosen by hand; no script derives it.
-    """
-
-    presses: int = 8
-    ball_widths: float = 0.22
-    depth_balls: float = 0.2
-    region: tuple[float, float] = (0.15, 0.85)
-    kept_frames: int = 4
-    stroke_frames: int = 4
-    stroke_px: tuple[float, float] = (1.0, 3.0)
-    stroke_depth: float = 0.1
-    shear_radii: float = 2.5
-
-
-UNIT = UnitParameters()
-"""The values in use."""
+    presses = 8  # [count] Calibration presses
+    ball_widths = 0.22  # [view widths] Diameter of the ball
+    depth_balls = 0.2  # [ball diameters] Depth of a press
+    # [float), share of the image size] Range of the press positions along x and y.
+    region = (0.15, 0.85)
+    kept_frames = 4  # [count] Calibration presses whose frames are kept
+    # [count] Frames of a ball that moves, unless others are wanted; they repeat without a jump.
+    # Source: by hand, as many as the buffers of a camera.
+    stroke_frames = 4
+    stroke_px = (1.0, 3.0)  # [float), px] Least and largest shear displacement of that ball
+    stroke_depth = 0.1  # [share of the depth] By how much it is pressed more and less deep
+    # [contact radii] Distance from the contact at which its shear displacement has decayed to
+    # zero.
+    shear_radii = 2.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,6 @@ def slope_field(
     table: ColourTable | None,
     reference: Reference,
     blur_px: float,
-    *,
-    compiled: bool = False,
 ) -> SlopeField:
     """Prepare a fitted function for whole images."""
     return SlopeField(
@@ -24,7 +22,6 @@ def slope_field(
         reference.marker_mask,
         full_scale=reference.full_scale,
         blur_px=blur_px,
-        compiled=compiled,
     )
 
 

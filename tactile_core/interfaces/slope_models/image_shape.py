@@ -5,8 +5,7 @@ from __future__ import annotations
 from tactile_core.errors import CalibrationError
 from tactile_core.quantities import Frame, Reference
 
-ImageShape = tuple[int, int, int]
-"""Height and width in px, and number of channels."""
+ImageShape = tuple[int, int, int]  # Height and width in px, and number of channels
 
 
 def shape_of(reference: Reference) -> ImageShape:

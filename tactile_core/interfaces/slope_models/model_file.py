@@ -16,8 +16,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
 from tactile_core.interfaces.slope_models.image_shape import ImageShape
 
-FILE = "model.npz"
-"""Name of the file in the model's folder."""
+FILE = "model.npz"  # Name of the file in the model's folder
 
 Arrays = Mapping[str, NDArray[Any]]
 T = TypeVar("T")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,26 +14,13 @@ from tactile_core.interfaces.slope_models.image_shape import in_words
 from tactile_core.quantities import Float32, Reference
 
 
-class SampleParameters(NamedTuple):
-    """Parameters of sampling training pixels. Nothing sets them from outside.
+class SAMPLES:
+    """Parameters of sampling training pixels. Nothing sets them from outside."""
 
-    Attributes
-    ----------
-    most : int, count
-        Training pixels of all presses together, at most. Neighbouring pixels of a press are
-        redundant, so that more cost time without improving the fit.
-        Source: chosen by hand; no script derives it.
-    fewest : int, count
-        A fit needs at least this many pixels.
-        Source: chosen by hand; no script derives it.
-    """
-
-    most: int = 12_000
-    fewest: int = 50
-
-
-SAMPLES = SampleParameters()
-"""The values in use."""
+    # [count] Training pixels of all presses together, at most. Neighbouring pixels of a press are
+    # redundant, so that more cost time without improving the fit.
+    most = 12_000
+    fewest = 50  # [count] A fit needs at least this many pixels
 
 
 def scale_of(presses: Sequence[Press]) -> float:

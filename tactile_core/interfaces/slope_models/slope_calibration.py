@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -25,10 +24,6 @@ class SlopeCalibration(Calibration):
 
     def __init__(self, slopes: SlopeModel[Any]) -> None:
         self.slopes = slopes
-
-    def prepared(self, *, compiled: bool) -> Self:
-        """Return the calibration with or without compiled loops."""
-        return type(self)(replace(self.slopes, compiled=compiled))
 
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Return the slopes of one frame; see :meth:`SlopeModel.measure`."""

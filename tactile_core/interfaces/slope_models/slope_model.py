@@ -66,8 +66,6 @@ class SlopeModel(Generic[F]):
     table : ColourTable or None
         A faster approximation for large images; see
         :mod:`tactile_core.interfaces.slope_models.tables`.
-    compiled : bool
-        Whether to use :mod:`tactile_core.algorithms.kernels`; results differ by rounding only.
 
     References
     ----------
@@ -80,7 +78,6 @@ class SlopeModel(Generic[F]):
     shape: ImageShape
     blur_px: float
     table: ColourTable | None = None
-    compiled: bool = False
     _field: ForReference[Reference, SlopeField] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -107,9 +104,7 @@ class SlopeModel(Generic[F]):
 
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
-        return slope_field(
-            self.function, self.table, reference, self.blur_px, compiled=self.compiled
-        )
+        return slope_field(self.function, self.table, reference, self.blur_px)
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""

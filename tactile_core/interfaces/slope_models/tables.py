@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,29 +17,19 @@ from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.quantities import Float32, Reference
 
 
-class TableParameters(NamedTuple):
-    """Parameters of choosing a table. Nothing sets them: the choice is checked against the model.
+class TABLE:
+    """Parameters of choosing a table.
 
-    Attributes
-    ----------
-    points : tuple of int, count
-        Numbers of points of the coarse grid over the image that are tried, in this order.
-        Source: chosen by hand; each grid is twice as fine as the one before.
-    largest_error : float, sine of the angle
-        Largest mean distance between table and model.
-        Source: the sine of 1°, half the error of the best models (``docs/reference/accuracy.md``).
-    presses_compared : int, count
-        Presses on which table and model are compared.
-        Source: chosen by hand; no script derives it.
+    Nothing sets them: the choice is checked against the model.
     """
 
+    # [count] Numbers of points of the coarse grid over the image that are tried, in this order.
+    # Source: by hand, each grid is twice as fine as the one before.
     points: tuple[int, ...] = (1_200, 4_800, 19_200)
-    largest_error: float = 0.0175
-    presses_compared: int = 4
-
-
-TABLE = TableParameters()
-"""The values in use."""
+    # [sine of the angle] Largest mean distance between table and model. Source: the sine of 1°,
+    # half the error of the best models (``docs/reference/accuracy.md``).
+    largest_error = 0.0175
+    presses_compared = 4  # [count] Presses on which table and model are compared
 
 
 def baked(

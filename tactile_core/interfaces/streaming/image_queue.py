@@ -18,8 +18,7 @@ from tactile_core.interfaces.stream_statistics import RateMeter, StreamStatistic
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
 from tactile_core.quantities import Image
 
-Tap = Callable[[Image | EncodedImage], None]
-"""Receives images that a camera sends, as it sent them."""
+Tap = Callable[[Image | EncodedImage], None]  # Receives images that a camera sends, as it sent them
 
 
 class QueueParameters(NamedTuple):

@@ -14,8 +14,7 @@ from tactile_core.pipeline.batch.recording_job import (
     measured,
 )
 
-_PATIENCE_S = 10
-"""Longest wait for the scheduler, and for its first worker."""
+_PATIENCE_S = 10  # Longest wait for the scheduler, and for its first worker
 
 
 class ClusterError(TactileError):

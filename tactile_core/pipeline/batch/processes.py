@@ -18,14 +18,12 @@ from tactile_core.pipeline.batch.recording_job import (
 from tactile_core.pipeline.worker_process import WorkerProcess
 from tactile_core.pipeline.workers import Workers
 
-_ATTEMPTS = 2
-"""How often a recording is begun whose process is killed."""
+_ATTEMPTS = 2  # How often a recording is begun whose process is killed
 
-_REPORT_EVERY_S = 0.2
-"""Time between two reports of a process."""
+_REPORT_EVERY_S = 0.2  # Time between two reports of a process
 
+# A job, and the measured share of its recording or, last, what came of it.
 Step = tuple[RecordingJob, float | MeasuredRecording]
-"""A job, and the measured share of its recording or, last, what came of it."""
 
 
 def in_processes(jobs: Sequence[RecordingJob], workers: int) -> Iterator[Step]:

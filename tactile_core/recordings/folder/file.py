@@ -22,11 +22,10 @@ from tactile_core.recordings.recording_file import (
 )
 from tactile_core.recordings.session_files import reference_from, session_of
 
+# Names of images, which are never outside the folder.
 _NAME = re.compile(r"(?:\d{6,}/)?\d{2,}\.[a-z]{3,4}", re.ASCII)
-"""Names of images, which are never outside the folder."""
 
-_PIXELS = ".png"
-"""Ending of images that came as pixels; others have the bytes that the camera sent."""
+_PIXELS = ".png"  # Ending of images that came as pixels; others have the bytes that the camera sent
 
 _REFERENCE = re.compile(r"\d{4,}", re.ASCII)
 

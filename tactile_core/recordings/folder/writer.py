@@ -18,14 +18,13 @@ from tactile_core.recordings.kinds import LIST
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import reference_bytes, session_files
 
+# Names in the folder.
 SESSION_FOLDER, REFERENCES_FOLDER, READINGS = "session", "session/references", "readings.jsonl"
-"""Names in the folder."""
 
-FINISHED = "finished"
-"""Event at the end of a list that was closed."""
+FINISHED = "finished"  # Event at the end of a list that was closed
 
+# A higher compression takes several times as long for a few per cent.
 _FAST = (int(cv2.IMWRITE_PNG_COMPRESSION), 1)
-"""A higher compression takes several times as long for a few per cent."""
 
 
 class FolderWriter(RecordingWriter):

@@ -16,17 +16,13 @@ from tactile_core.recordings.hdf5.patient_disk import PatientDisk
 if TYPE_CHECKING:
     import h5py
 
-END = "_end"
-"""Added to the name of a column of bytes: the column with the end of each row."""
+END = "_end"  # Added to the name of a column of bytes: the column with the end of each row
 
-_CHUNK_BYTES = 1 << 13
-"""Size of a chunk of small rows, bytes."""
+_CHUNK_BYTES = 1 << 13  # Size of a chunk of small rows, bytes
 
-_LONG_CHUNK_BYTES = 1 << 16
-"""Size of a chunk of a column of bytes."""
+_LONG_CHUNK_BYTES = 1 << 16  # Size of a chunk of a column of bytes
 
-_WAITING_BYTES = 1 << 24
-"""Rows in memory that are written together, bytes."""
+_WAITING_BYTES = 1 << 24  # Rows in memory that are written together, bytes
 
 
 def import_h5py() -> Any:

@@ -16,23 +16,20 @@ from tactile_core.quantities.quantity import Guard, unguarded
 from tactile_core.recordings.hdf5.column_file import ColumnFile
 from tactile_core.recordings.recorder import RecordedImage
 
+# Groups: images, values of readings, and the number of the reading of each row of values.
 IMAGES, READINGS, ROWS = "images/", "readings/", "reading_of/"
-"""Groups: images, values of readings, and the number of the reading of each row of values."""
 
+# Columns of bytes: the line of a reading, and the description of its arrays.
 JSON = "readings_json", "quantities_json"
-"""Columns of bytes: the line of a reading, and the description of its arrays."""
 
-LEVELS = IMAGES + "levels/"
-"""Group with a column for each light."""
+LEVELS = IMAGES + "levels/"  # Group with a column for each light
 
-NONE = -1
-"""Stands for None in columns of integers; in those of floats it is NaN."""
+NONE = -1  # Stands for None in columns of integers; in those of floats it is NaN
 
-_GRID = frozenset({"y", "x", "xy", "xyz"})
-"""Axes that have one length in all readings."""
+_GRID = frozenset({"y", "x", "xy", "xyz"})  # Axes that have one length in all readings
 
+# Shortest column of text, bytes: state names fit, so that no second column is needed.
 _TEXT_BYTES = 64
-"""Shortest column of text, bytes: state names fit, so that no second column is needed."""
 
 
 class NumberColumn(NamedTuple):
@@ -50,6 +47,7 @@ class NumberColumn(NamedTuple):
     unit: str = ""
 
 
+# The columns of images besides the pixels and the lights.
 NUMBERS = (
     NumberColumn("number", "i8"),
     NumberColumn("observation", "i8"),
@@ -60,7 +58,6 @@ NUMBERS = (
     NumberColumn("exposure_time_s", "f8", "s"),
     NumberColumn("gain", "f8"),
 )
-"""The columns of images besides the pixels and the lights."""
 
 
 class ImageColumns:

@@ -38,8 +38,8 @@ from tactile_core.recordings.session_files import reference_from, session_of
 if TYPE_CHECKING:
     import h5py
 
+# What h5py raises where a file is damaged.
 _UNREADABLE = (OSError, RuntimeError, ValueError, LookupError)
-"""What h5py raises where a file is damaged."""
 
 _INTEGERS = frozenset(column.name for column in NUMBERS if column.dtype == "i8")
 

@@ -17,14 +17,13 @@ from tactile_core.recordings.hdf5.columns import ImageColumns, ReadingColumns
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import reference_bytes, session_files
 
-FORMAT, VERSION = "tactile recording", 1
-"""Attributes ``format`` and ``version`` of the file."""
+FORMAT, VERSION = "tactile recording", 1  # Attributes `format` and `version` of the file
 
+# Groups of files: those of the session, and references by name.
 SESSION, REFERENCES = "session/", "references/"
-"""Groups of files: those of the session, and references by name."""
 
+# Columns: each event as JSON, the number of images before it, and a row at the very end.
 EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
-"""Columns: each event as JSON, the number of images before it, and a row at the very end."""
 
 
 class Hdf5Writer(RecordingWriter):

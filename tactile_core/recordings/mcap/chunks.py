@@ -29,8 +29,7 @@ from tactile_core.recordings.mcap.records import (
 )
 from tactile_core.recordings.mcap.topics import mcap_library
 
-_INDEXES = {ATTACHMENT: 10, METADATA: 13}
-"""Kinds of the records that list these kinds."""
+_INDEXES = {ATTACHMENT: 10, METADATA: 13}  # Kinds of the records that list these kinds
 
 
 class _Message(NamedTuple):

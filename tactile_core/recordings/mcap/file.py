@@ -45,16 +45,15 @@ from tactile_core.recordings.recording_file import (
 )
 from tactile_core.recordings.session_files import reference_from, session_of
 
-_MOST_SMALL_BYTES = 1 << 20
-"""Largest event, bytes."""
+_MOST_SMALL_BYTES = 1 << 20  # Largest event, bytes
+# A channel and the number of its messages, at the end of the statistics.
 _COUNT = struct.Struct("<HQ")
-"""A channel and the number of its messages, at the end of the statistics."""
 
+# What was read of the last files: a command opens its recording several times.
 _KNOWN: dict[tuple[Any, ...], dict[str, Any]] = {}
-"""What was read of the last files: a command opens its recording several times."""
 _MOST_KNOWN = 2
+# Age of a file from which on its times change with it; file systems count in seconds at worst.
 _SETTLED_S = 2.0
-"""Age of a file from which on its times change with it; file systems count in seconds at worst."""
 
 
 class McapFile(RecordingFile):

@@ -16,16 +16,16 @@ from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.layers import Points
 from tactile_core.recordings.mcap.topics import RAW_IMAGE, SUMMARY, schema_class
 
+# Foxglove's schemas of maps, point clouds and drawings.
 GRID, POINTS, SCENE = "foxglove.Grid", "foxglove.PointCloud", "foxglove.SceneUpdate"
-"""Foxglove's schemas of maps, point clouds and drawings."""
 
+# Name of the sensor's frame: origin at the image centre, x right, y down, z away from the camera;
+# lengths in Foxglove's schemas are in metres.
 FRAME = "sensor"
-"""Name of the sensor's frame: origin at the image centre, x right, y down, z away from the camera;
-lengths in Foxglove's schemas are in metres."""
 
 _UNSAFE = re.compile(r"[^\w/]+")
+# Pixels between two points of a point cloud, which is for looking at; the map has every pixel.
 _POINT_STEP_PX = 4
-"""Pixels between two points of a point cloud, which is for looking at; the map has every pixel."""
 _MARKER_MM = 0.2
 
 

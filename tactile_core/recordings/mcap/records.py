@@ -21,38 +21,32 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
 from tactile_core.recordings.mcap.topics import mcap_library
 
-MAGIC = b"\x89MCAP0\r\n"
-"""First and last bytes of a file."""
+MAGIC = b"\x89MCAP0\r\n"  # First and last bytes of a file
 
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 5, 6, 7
-CHUNK_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 8, 9, 11, 12, 15
-"""Kinds of records."""
+CHUNK_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 8, 9, 11, 12, 15  # Kinds of records
 
-DAMAGED = -1
-"""Kind that stands for a stretch of the file that is left out."""
+DAMAGED = -1  # Kind that stands for a stretch of the file that is left out
 
-RECORD = struct.Struct("<BQ")
-"""Beginning of a record: kind, and length of its content."""
+RECORD = struct.Struct("<BQ")  # Beginning of a record: kind, and length of its content
 
+# Beginning of a message: channel, sequence, and the times at which it was logged and published.
 MESSAGE_HEADER = struct.Struct("<HIQQ")
-"""Beginning of a message: channel, sequence, and the times at which it was logged and published."""
 
+# Beginning of a chunk: first and last time, plain size, checksum, length of the compression's name.
 CHUNK_HEADER = struct.Struct("<QQQII")
-"""Beginning of a chunk: first and last time, plain size, checksum, length of the compression's
-name."""
 
+# Where the summary and its offsets begin, and the checksum of all of it.
 FOOTER_CONTENT = struct.Struct("<QQI")
-"""Where the summary and its offsets begin, and the checksum of all of it."""
 
 _LENGTH = struct.Struct("<Q")
 _TAIL_BYTES = RECORD.size + FOOTER_CONTENT.size + len(MAGIC)
+# Largest record that is read into memory, and largest content of a compressed chunk.
 _MOST_BYTES = 1 << 30
-"""Largest record that is read into memory, and largest content of a compressed chunk."""
 _BLOCK_BYTES = 1 << 22
-_NAMES_BYTES = 1 << 12
-"""Longest beginning of an attachment, with its name, bytes."""
+_NAMES_BYTES = 1 << 12  # Longest beginning of an attachment, with its name, bytes
+# May be a chunk or an attachment: its kind, and the high bytes of its length.
 _BEGINNING = re.compile(rb"[\x06\x09](?=[\s\S]{4}[\s\S]\x00\x00\x00)")
-"""May be a chunk or an attachment: its kind, and the high bytes of its length."""
 _EMPTY_CHUNK_BYTES = CHUNK_HEADER.size + _LENGTH.size
 
 

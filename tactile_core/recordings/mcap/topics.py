@@ -9,27 +9,23 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.quantities import Image
 
-PROFILE = "tactile"
-"""Name in the header of the file."""
+PROFILE = "tactile"  # Name in the header of the file
 
+# Schema of the JSON before each image; both messages have the number of the image.
 IMAGE_INFO = "tactile.ImageInfo"
-"""Schema of the JSON before each image; both messages have the number of the image."""
 
-EVENT = "tactile.Event"
-"""Schema of events."""
+EVENT = "tactile.Event"  # Schema of events
 
-SUMMARY = "tactile.Summary"
-"""Schema of the line of ``tactile run --json``."""
+SUMMARY = "tactile.Summary"  # Schema of the line of `tactile run --json`
 
+# Foxglove's schemas of images.
 RAW_IMAGE, COMPRESSED_IMAGE = "foxglove.RawImage", "foxglove.CompressedImage"
-"""Foxglove's schemas of images."""
 
-REFERENCES = "references/"
-"""Beginning of the names of the attachments with later references."""
+REFERENCES = "references/"  # Beginning of the names of the attachments with later references
 
+# Names that Foxglove and ROS give to pixels, by their channels and bytes; 16 bits are in
+# little-endian order.
 _ENCODINGS = MappingProxyType({(1, 1): "mono8", (3, 1): "rgb8", (1, 2): "mono16", (3, 2): "rgb16"})
-"""Names that Foxglove and ROS give to pixels, by their channels and bytes; 16 bits are in
-little-endian order."""
 
 
 def encoding_of(image: Image) -> str:

@@ -32,8 +32,7 @@ from tactile_core.recordings.mcap.topics import (
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.recordings.session_files import ESSENTIAL, reference_bytes, session_files
 
-_ANY_OBJECT = b'{"type": "object"}'
-"""JSON schema of an object with any keys."""
+_ANY_OBJECT = b'{"type": "object"}'  # JSON schema of an object with any keys
 
 
 class McapWriter(RecordingWriter):

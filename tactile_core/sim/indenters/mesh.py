@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +14,14 @@ from tactile_core.sim.indenters.height_map import HeightMapIndenter
 from tactile_core.sim.indenters.solids import positive
 
 
-class MeshParameters(NamedTuple):
-    """Limits of the conversion of a mesh to a height map.
+class MESH:
+    """Limits of the conversion of a mesh to a height map."""
 
-    Attributes
-    ----------
-    max_points : int, count
-        Largest number of points of the height map; it bounds memory.
-        Source: chosen by hand; no script derives it.
-    edge_slack : float, barycentric share
-        Points this far outside a triangle still belong to it, so that rounding opens no gap
-        between two triangles that share an edge.
-        Source: far above the rounding error of float64, far below a point's spacing.
-    """
-
-    max_points: int = 4_000_000
-    edge_slack: float = 1e-9
-
-
-MESH = MeshParameters()
-"""The values in use."""
+    max_points = 4_000_000  # [count] Largest number of points of the height map; it bounds memory
+    # [barycentric share] Points this far outside a triangle still belong to it, so that rounding
+    # opens no gap between two triangles that share an edge. Source: far above the rounding error
+    # of float64, far below a point's spacing.
+    edge_slack = 1e-9
 
 
 def mesh_indenter(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,29 +15,18 @@ from tactile_core.sim.indenters.solids import positive
 from tactile_core.sim.indenters.textures import weave_gap
 
 
-class ReliefParameters(NamedTuple):
-    """Numerical parameters of random roughness.
+class RELIEF:
+    """Numerical parameters of random roughness."""
 
-    Attributes
-    ----------
-    grains : int, count
-        Side of the square tile that repeats, in grains.
-        Source: chosen by hand; a contact covers fewer.
-    points_per_grain : int, count
-        Points of the tile on one grain.
-        Source: sampling theorem: two per wavelength of the shortest wave, which is half a grain.
-    highest : float, standard deviations
-        Peaks are cut at this height, so that one peak does not carry the object.
-        Source: 2.3 % of a normal distribution are higher.
-    """
-
-    grains: int = 32
-    points_per_grain: int = 4
-    highest: float = 2.0
-
-
-RELIEF = ReliefParameters()
-"""The values in use."""
+    # [count] Side of the square tile that repeats, in grains. Source: by hand, a contact covers
+    # fewer.
+    grains = 32
+    # [count] Points of the tile on one grain. Source: sampling theorem: two per wavelength of the
+    # shortest wave, which is half a grain.
+    points_per_grain = 4
+    # [standard deviations] Peaks are cut at this height, so that one peak does not carry the
+    # object. Source: 2.3 % of a normal distribution are higher.
+    highest = 2.0
 
 
 @dataclass(frozen=True)

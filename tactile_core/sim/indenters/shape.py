@@ -7,8 +7,7 @@ from abc import ABC, abstractmethod
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity import Elastomer
 
-FAR_MM = 1e3
-"""Gap outside the object, mm: out of reach of the gel."""
+FAR_MM = 1e3  # Gap outside the object, mm: out of reach of the gel
 
 
 class Indenter(ABC):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,22 +11,12 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.shape import FAR_MM, Indenter
 
 
-class SolidParameters(NamedTuple):
-    """Parameters of round surfaces.
+class SOLID:
+    """Parameters of round surfaces."""
 
-    Attributes
-    ----------
-    lower_side_share : float, share of the radius
-        A round surface counts as the lower side up to this distance from its axis. Beyond, the
-        wall is nearly vertical.
-        Source: chosen by hand; no script derives it.
-    """
-
-    lower_side_share: float = 0.995
-
-
-SOLID = SolidParameters()
-"""The values in use."""
+    # [share of the radius] A round surface counts as the lower side up to this distance from its
+    # axis. Beyond, the wall is nearly vertical.
+    lower_side_share = 0.995
 
 
 def round_gap(distance_mm: Array, radius_mm: float) -> Array:

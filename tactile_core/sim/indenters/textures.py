@@ -82,8 +82,7 @@ class LetterParameters(NamedTuple):
     min_blur_px: float = 0.5
 
 
-COIN, LETTERS = CoinParameters(), LetterParameters()
-"""The values in use."""
+COIN, LETTERS = CoinParameters(), LetterParameters()  # The values in use
 
 
 @dataclass(frozen=True)

@@ -16,41 +16,23 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.constant_light import COLOUR
 
 
-class CameraParameters(NamedTuple):
-    """Parameters of the camera model that no profile key sets directly.
+class CAMERA:
+    """Parameters of the camera model that no profile key sets directly."""
 
-    Attributes
-    ----------
-    converter_bits : int, bits
-        Smallest resolution of the analogue-to-digital converter ahead of the gamma curve.
-        Source: chosen by hand; no script derives it.
-    table_frames : int, frames
-        Size of the table of noise samples in fast mode.
-        Source: chosen by hand; no script derives it.
-    steps_per_sigma : int, steps
-        Resolution of noise samples, which are stored as int8.
-        Source: 127 steps reach 4 standard deviations, which one sample in 16 000 exceeds; rounding
-        adds 1/(12 · 32²) of the variance.
-    default_jpeg_quality : int, JPEG quality
-        Quality of 8-bit colour cameras with gamma, unless the profile sets it.
-        Source: chosen by hand; no script derives it.
-    far_crosstalk : float, share of the adjacent crosstalk
-        Crosstalk between red and blue.
-        Source: chosen by hand; no script derives it.
-    """
-
-    converter_bits: int = 12
-    table_frames: int = 2
-    steps_per_sigma: int = 32
-    default_jpeg_quality: int = 90
-    far_crosstalk: float = 0.25
+    # [bits] Smallest resolution of the analogue-to-digital converter ahead of the gamma curve.
+    converter_bits = 12
+    table_frames = 2  # [frames] Size of the table of noise samples in fast mode
+    # [steps] Resolution of noise samples, which are stored as int8. Source: 127 steps reach 4
+    # standard deviations, which one sample in 16 000 exceeds; rounding adds 1/(12 · 32²) of the
+    # variance.
+    steps_per_sigma = 32
+    # [JPEG quality] Quality of 8-bit colour cameras with gamma, unless the profile sets it.
+    default_jpeg_quality = 90
+    far_crosstalk = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
 
 
-CAMERA = CameraParameters()
-"""The values in use."""
-
+# Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long.
 _LOOKS_UP_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
-"""Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long."""
 
 
 @dataclass(frozen=True)
@@ -150,8 +132,8 @@ class Chip:
         if self.gamma == 1 and self.bit_depth > 8:
             return np.minimum(levels, np.uint16(self._levels - 1))
         if _LOOKS_UP_16_BITS:
-            return np.asarray(cv2.LUT(levels, self._table_of_any))
-        return np.asarray(self._table_of_any.take(levels))
+            return np.asarray(cv2.LUT(levels, self._table))
+        return np.asarray(self._table.take(levels))
 
     @property
     def _levels(self) -> int:
@@ -160,18 +142,11 @@ class Chip:
         return 1 << (self.bit_depth if linear else max(CAMERA.converter_bits, self.bit_depth))
 
     @cached_property
-    def table(self) -> NDArray[Any]:
-        """(L,) pixel value of each of L equally spaced light levels; the last is full scale."""
-        if self.gamma == 1:
-            return np.arange(self._levels).astype(self.dtype)
+    def _table(self) -> NDArray[Any]:
+        """(65536,) pixel value of each level of light, which is constant above full scale."""
         light = np.linspace(0, 1, self._levels)
-        coded = np.rint(light ** (1 / self.gamma) * (2**self.bit_depth - 1))
-        return np.asarray(coded.astype(self.dtype))
-
-    @cached_property
-    def _table_of_any(self) -> NDArray[Any]:
-        """The table, continued to every uint16."""
-        return np.pad(self.table, (0, 2**16 - len(self.table)), mode="edge")
+        coded = np.rint(light ** (1 / self.gamma) * (2**self.bit_depth - 1)).astype(self.dtype)
+        return np.pad(coded, (0, 2**16 - len(coded)), mode="edge")
 
 
 class Numbers(NamedTuple):

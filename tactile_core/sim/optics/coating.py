@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,17 +12,8 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.interfaces.component import SensorBuild
 
 
-class CoatingParameters(NamedTuple):
+class SEMI_SPECULAR:
     """Reflectance of a semi-specular coating: metal flakes in silicone. Profiles may override it.
-
-    Attributes
-    ----------
-    specular : float, share
-        Specular share of the reflected light.
-        Source: chosen by hand to look like the coated gels in [1]_, figure 4.
-    roughness : float, root-mean-square slope over √2
-        Roughness of Beckmann's facet distribution; highlights are about 20° wide.
-        Source: chosen by hand to look like the coated gels in [1]_, figure 4.
 
     References
     ----------
@@ -31,12 +21,12 @@ class CoatingParameters(NamedTuple):
        Geometry and Force", Sensors 17, 2017.
     """
 
-    specular: float = 0.2
-    roughness: float = 0.35
-
-
-SEMI_SPECULAR = CoatingParameters()
-"""The values in use."""
+    # [share] Specular share of the reflected light. Source: by hand, to look like the coated gels
+    # in [1]_, figure 4.
+    specular = 0.2
+    # [root-mean-square slope over √2] Roughness of Beckmann's facet distribution; highlights are
+    # about 20° wide. Source: by hand, to look like the coated gels in [1]_, figure 4.
+    roughness = 0.35
 
 
 @dataclass(frozen=True)

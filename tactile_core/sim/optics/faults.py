@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -19,47 +19,22 @@ _SHARES = ("missing_markers", "merged_markers", "dropped_frames", "torn_frames",
 _COUNTS = ("dust", "scratches")
 
 
-class FaultParameters(NamedTuple):
-    """Appearance of faults. Options select how many there are; their look is not adjustable.
+class FAULTS:
+    """Appearance of faults. Options select how many there are; their look is not adjustable."""
 
-    Attributes
-    ----------
-    tear_rows : (float, float), share of the rows
-        Smallest row of a tear, and the range above it.
-        Source: chosen by hand; no script derives it.
-    dust_radius : (float, float), share of the image width
-        Range of a speck's radius.
-        Source: chosen by hand; no script derives it.
-    dust_clear : (float, float), share of the light
-        Range of a speck's transmission.
-        Source: chosen by hand; no script derives it.
-    dust_blur, dust_blur_px : float, share of the image width; float, px
-        Gaussian sigma of a speck's border: the first times the width, plus the second.
-        Source: chosen by hand; no script derives it.
-    scratch_depth_mm : (float, float), mm
-        Range of a scratch's depth.
-        Source: chosen by hand; no script derives it.
-    scratch_width_mm, scratch_width_px : float, mm; int, px
-        Width of a scratch, and the smallest width that is drawn.
-        Source: chosen by hand; no script derives it.
-    scratch_blur_px : float, px
-        Gaussian sigma of a scratch's profile.
-        Source: chosen by hand; no script derives it.
-    """
-
-    tear_rows: tuple[float, float] = (0.1, 0.8)
-    dust_radius: tuple[float, float] = (0.002, 0.008)
-    dust_clear: tuple[float, float] = (0.3, 0.8)
-    dust_blur: float = 0.002
-    dust_blur_px: float = 0.3
-    scratch_depth_mm: tuple[float, float] = (0.005, 0.015)
-    scratch_width_mm: float = 0.04
-    scratch_width_px: int = 2
-    scratch_blur_px: float = 1.0
-
-
-FAULTS = FaultParameters()
-"""The values in use."""
+    # [float), share of the rows] Smallest row of a tear, and the range above it.
+    tear_rows = (0.1, 0.8)
+    dust_radius = (0.002, 0.008)  # [float), share of the image width] Range of a speck's radius
+    dust_clear = (0.3, 0.8)  # [float), share of the light] Range of a speck's transmission
+    # [share of the image width; float, px] Gaussian sigma of a speck's border: the first times
+    # the width, plus the second.
+    dust_blur = 0.002
+    dust_blur_px = 0.3
+    scratch_depth_mm = (0.005, 0.015)  # [float), mm] Range of a scratch's depth
+    # [mm; int, px] Width of a scratch, and the smallest width that is drawn.
+    scratch_width_mm = 0.04
+    scratch_width_px = 2
+    scratch_blur_px = 1.0  # [px] Gaussian sigma of a scratch's profile
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,38 +16,19 @@ from tactile_core.interfaces.illumination import Illumination, Light
 from tactile_core.interfaces.optics import LightBuild
 
 
-class LightParameters(NamedTuple):
-    """Parameters of the light model that no profile key sets, and defaults of those that one does.
+class LIGHTS:
+    """Parameters of the light model beside those that a profile sets."""
 
-    Attributes
-    ----------
-    default_elevation_deg : float, degrees
-        Elevation of the lights if the illumination does not give their directions.
-        Source: chosen by hand; no script derives it.
-    default_distance : float, diagonals of the view
-        Distance of a light without ``distance_mm`` from the image centre.
-        Source: chosen by hand; no script derives it.
-    led_mm : float, mm
-        Size of one LED. It blurs shadows and bounds the intensity close to the LED.
-        Source: chosen by hand; no script derives it.
-    scatter_blur : float, rad
-        Half the angle that a fully scattering diffuser adds to a light.
-        Source: chosen by hand; no script derives it.
-    coarse_px : int, px
-        Grid spacing of the light field, which is interpolated to the pixels. Near light varies
-        over millimetres.
-        Source: chosen by hand; no script derives it.
-    """
-
-    default_elevation_deg: float = 30.0
-    default_distance: float = 0.8
-    led_mm: float = 1.0
-    scatter_blur: float = 0.2
-    coarse_px: int = 8
-
-
-LIGHTS = LightParameters()
-"""The values in use."""
+    # [degrees] Elevation of the lights if the illumination does not give their directions.
+    default_elevation_deg = 30.0
+    # [diagonals of the view] Distance of a light without ``distance_mm`` from the image centre.
+    default_distance = 0.8
+    # [mm] Size of one LED. It blurs shadows and bounds the intensity close to the LED.
+    led_mm = 1.0
+    scatter_blur = 0.2  # [rad] Half the angle that a fully scattering diffuser adds to a light
+    # [px] Grid spacing of the light field, which is interpolated to the pixels. Near light varies
+    # over millimetres.
+    coarse_px = 8
 
 
 @dataclass(frozen=True)

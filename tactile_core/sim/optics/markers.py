@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,37 +14,9 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
 
-SHAPES = ("round", "square", "triangle")
-"""Outlines of markers; compiled loops identify them by their index here."""
 
-
-class PrintParameters(NamedTuple):
+class PRINT:
     """Layout of printed markers, as far as the profile does not set it.
-
-    Attributes
-    ----------
-    corner_sizes : float, marker diameters
-        Upper bound on the distance of a marker's corners from its centre.
-        Source: geometry: 1/√2 for a square, 1/√3 for a triangle.
-    jitter_pitches : float, pitches
-        Largest offset of a quasi-random marker along x and y.
-        Source: chosen by hand; no script derives it.
-    clear_divisor : float, ratio
-        The offset is also at most the gap between two markers divided by this, so that they do
-        not touch.
-        Source: two markers that approach each other share the gap; a tenth more keeps them apart.
-    auto_columns : float, count
-        Markers across the image width if the profile's markers are ``auto``.
-        Source: chosen by hand; no script derives it.
-    auto_diameter_pitches : float, pitches
-        Marker diameter if the profile's markers are ``auto``.
-        Source: chosen by hand; near the 0.40 mm per 1.2 mm of [1]_.
-    beyond_pitches : int, pitches
-        Rows and columns of markers outside each border of the image.
-        Source: chosen by hand; no script derives it.
-    bridge_pitches : float, ratio
-        Density of the ink between two merged markers.
-        Source: chosen by hand; no script derives it.
 
     References
     ----------
@@ -53,17 +24,21 @@ class PrintParameters(NamedTuple):
        Sensor", ICRA, 2015.
     """
 
-    corner_sizes: float = 0.75
-    jitter_pitches: float = 0.22
-    clear_divisor: float = 2.2
+    # [marker diameters] Upper bound on the distance of a marker's corners from its centre.
+    # Source: geometry: 1/√2 for a square, 1/√3 for a triangle.
+    corner_sizes = 0.75
+    jitter_pitches = 0.22  # [pitches] Largest offset of a quasi-random marker along x and y
+    # [ratio] The offset is also at most the gap between two markers divided by this, so that they
+    # do not touch. Source: two markers that approach each other share the gap; a tenth more keeps
+    # them apart.
+    clear_divisor = 2.2
+    # [count] Markers across the image width if the profile's markers are ``auto``.
     auto_columns: float = 14
-    auto_diameter_pitches: float = 0.36
-    beyond_pitches: int = 2
-    bridge_pitches: float = 1.2
-
-
-PRINT = PrintParameters()
-"""The values in use."""
+    # [pitches] Marker diameter if the profile's markers are ``auto``. Source: by hand, near the
+    # 0.40 mm per 1.2 mm of [1]_.
+    auto_diameter_pitches = 0.36
+    beyond_pitches = 2  # [pitches] Rows and columns of markers outside each border of the image
+    bridge_pitches = 1.2  # [ratio] Density of the ink between two merged markers
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +97,6 @@ class MarkerPrint:
         joined = faults.joined(centres, seed)
         return cls(centres, angles, size, look.shape, worn, joined)
 
-    @property
-    def margin_px(self) -> int:
-        """Width of the border around the image that has markers, px."""
-        lowest = self.rest_px.min()
-        return max(0, int(np.floor(-lowest - self.size_px)))
-
     def reflectance(self, shape: tuple[int, int], centres_px: Float64, ink: float) -> Float32:
         """Draw the markers at their current positions.
 
@@ -144,7 +113,7 @@ class MarkerPrint:
         (H, W) float32
             1 on the bare surface.
         """
-        centres, angles = self.blots(centres_px, shape)
+        centres, angles = self._blots(centres_px, shape)
         half = int(np.ceil(self._reach(self.angles) * self.size_px)) + 1
         corner = np.rint(centres).astype(int) - half
         window = np.arange(2 * half + 1)
@@ -168,10 +137,11 @@ class MarkerPrint:
             flat[places[lost]] = shares[lost]
         return bare[beyond:-beyond, beyond:-beyond]
 
-    def blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
+    def _blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
         """Positions and rotations of all ink visible in an image.
 
-        Ink is either a marker or part of the bridge between two merged markers.
+        Ink is either a marker that is not worn off, or part of the bridge between two merged
+        markers.
 
         Parameters
         ----------
@@ -184,20 +154,16 @@ class MarkerPrint:
         centres : (M, 2) float64
         angles : (M,) float64
         """
-        centres, angles = self._all_blots(np.asarray(centres_px, np.float64))
-        reach = PRINT.corner_sizes * self.size_px
-        near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
-        return centres[near], angles[near]
-
-    def _all_blots(self, centres_px: Float64) -> tuple[Float64, Float64]:
-        """Positions and rotations of all ink: markers that are not worn off, and bridges."""
+        centres_px = np.asarray(centres_px, np.float64)
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
         count = int(np.ceil(PRINT.bridge_pitches * self._pitch_px / self.size_px))
         bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]
         kept = ~self.worn
         centres = np.concatenate([centres_px[kept], *bridges])
         angles = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
-        return centres, angles
+        reach = PRINT.corner_sizes * self.size_px
+        near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
+        return centres[near], angles[near]
 
     def _reach(self, angles: Float64) -> float:
         """Largest distance of a marker's ink from its centre along x or y, in sizes."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,36 +17,24 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.constant_light import COLOUR
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.sim import kernels
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import led_arrays_of
-from tactile_core.sim.optics.quick import StackedLights, photographed
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, Surface
 
 
-class ShadowParameters(NamedTuple):
-    """Resolution of cast shadows in each mode.
+class SHADOWS:
+    """Resolution of cast shadows in each mode."""
 
-    Attributes
-    ----------
-    fast_columns : int, px
-        Approximate width of the shadow grid in fast mode.
-        Source: chosen by hand for the fast mode to run at camera rate (``benchmarks/bench_sim.py``
-        measures it).
-    accurate_columns : int, px
-        Approximate width of the shadow grid in accurate mode.
-        Source: chosen by hand: the full resolution of a 640 × 480 image.
-    """
+    # [px] Approximate width of the shadow grid in fast mode. Source: by hand, for the fast mode
+    # to run at camera rate (``benchmarks/bench_sim.py`` measures it).
+    fast_columns = 96
+    # [px] Approximate width of the shadow grid in accurate mode. Source: by hand, : the full
+    # resolution of a 640 × 480 image.
+    accurate_columns = 640
 
-    fast_columns: int = 96
-    accurate_columns: int = 640
-
-
-SHADOWS = ShadowParameters()
-"""The values in use."""
 
 _SHADOW_COLUMNS = {"fast": SHADOWS.fast_columns, "accurate": SHADOWS.accurate_columns}
 
@@ -69,8 +56,6 @@ class RigOptics:
     mode : {"fast", "accurate"}
         "fast" runs at camera rate: it computes shadows on a coarser grid and reads noise from a
         table.
-    compiled : bool
-        Whether to use :mod:`tactile_core.sim.kernels`: faster, and equal up to rounding.
 
     Attributes
     ----------
@@ -96,12 +81,10 @@ class RigOptics:
         seed: int = 0,
         faults: Faults | None = None,
         mode: Mode = "fast",
-        compiled: bool = False,
     ) -> None:
         if mode not in _SHADOW_COLUMNS:
             raise InputError(f"mode is 'fast' or 'accurate', not {mode!r}")
         self.profile = profile
-        self._compiled = compiled
         self.full_scale = profile.image.full_scale
         self._seed = seed
         self._faults = faults or Faults()
@@ -116,10 +99,7 @@ class RigOptics:
         self._faults.check_lights(
             {led_array.name: len(led_array.leds_mm) for led_array in led_arrays}
         )
-        loops = kernels.chosen(compiled)
-        self._membrane = Membrane(
-            profile, len(led_arrays), self._faults, seed, compiled=loops is not None
-        )
+        self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
         self._sources = sources_of(
             profile,
             led_arrays,
@@ -217,8 +197,7 @@ class RigOptics:
                 f"markers_px has the shape {np.shape(markers_px)}, not {self.markers_px.shape}; "
                 f"give one position per printed marker, NaN for hidden ones"
             )
-        loops = kernels.chosen(self._compiled)
-        return self._membrane.state(height, displacement, markers_px, compiled=loops)
+        return self._membrane.state(height, displacement, markers_px)
 
     def photograph(
         self, surface: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
@@ -252,12 +231,6 @@ class RigOptics:
         )
         shining = Shining(sources, surface, self._colours, len(levels))
         noise = [self._noise.of(frame, first + exposure) for exposure in range(len(levels))]
-        loops = kernels.chosen(self._compiled)
-        if loops is not None:
-            taken = photographed(
-                loops, self._lights, shining, self._glass, mixing, self._chip, noise
-            )
-            return [self._chip.send(pixels) for pixels in taken]
         colours = len(self._colours)
         taken = np.empty((len(levels), *self._shape, colours), self._chip.dtype)
         numbers = [one.steps.reshape(-1, *self._shape) for one in noise]
@@ -270,10 +243,6 @@ class RigOptics:
                 )
                 cv2.merge([*coded], dst=pixels[rows])
         return [self._chip.send(pixels) for pixels in taken]
-
-    @cached_property
-    def _lights(self) -> StackedLights:
-        return StackedLights.of(self._sources)
 
     def _brightness(
         self, source: LightSource, number: int, levels: Mapping[str, float], frame: int

@@ -14,34 +14,20 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32, Float64
 
 
-class MarchingParameters(NamedTuple):
-    """Ray marching towards a light.
+class MARCHING:
+    """Ray marching towards a light."""
 
-    Attributes
-    ----------
-    max_steps : int, count
-        Largest number of steps along a ray.
-        Source: chosen by hand; no script derives it.
-    min_rise : float, ratio
-        Smallest height per distance of a ray. It bounds the length of shadows at grazing light.
-        Source: chosen by hand; no script derives it.
-    steepness : float, ratio
-        A ray can be hidden only near a slope of at least this share of its own rise.
-        Source: the mean value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at
-        most 0.022 of a step.
-    rows_at_once : int, rows
-        Positions along the rays that OpenCV reads in one call, in rows of the grid.
-        Source: chosen by hand; at most 32767, which is OpenCV's limit.
-    """
-
-    max_steps: int = 16
-    min_rise: float = 1e-3
-    steepness: float = 0.97
-    rows_at_once: int = 4096
-
-
-MARCHING = MarchingParameters()
-"""The values in use."""
+    max_steps = 16  # [count] Largest number of steps along a ray
+    # [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing
+    # light.
+    min_rise = 1e-3
+    # [ratio] A ray can be hidden only near a slope of at least this share of its own rise.
+    # Source: the mean value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at
+    # most 0.022 of a step.
+    steepness = 0.97
+    # [rows] Positions along the rays that OpenCV reads in one call, in rows of the grid. Source:
+    # by hand, at most 32767, which is OpenCV's limit.
+    rows_at_once = 4096
 
 
 class Shade(NamedTuple):

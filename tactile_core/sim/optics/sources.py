@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -21,29 +20,14 @@ from tactile_core.sim.optics.shadows import Shade, Shadows, cast
 from tactile_core.sim.optics.surface import Surface
 
 
-class SourceParameters(NamedTuple):
-    """Parameters of light sources and camera position.
+class SOURCES:
+    """Parameters of light sources and camera position."""
 
-    Attributes
-    ----------
-    view_diagonals : float, diagonals of the view
-        Distance from the gel surface to the pupil if the profile does not set it.
-        Source: chosen by hand; no script derives it.
-    min_brightness : float, ratio
-        Lower bound of a light's random brightness.
-        Source: chosen by hand; no script derives it.
-    band_px : int, px
-        Rows rendered at once; their buffers fit into the processor's cache.
-        Source: chosen by hand; no script derives it.
-    """
-
-    view_diagonals: float = 1.5
-    min_brightness: float = 0.1
-    band_px: int = 96
-
-
-SOURCES = SourceParameters()
-"""The values in use."""
+    # [diagonals of the view] Distance from the gel surface to the pupil if the profile does not
+    # set it.
+    view_diagonals = 1.5
+    min_brightness = 0.1  # [ratio] Lower bound of a light's random brightness
+    band_px = 96  # [px] Rows rendered at once; their buffers fit into the processor's cache
 
 
 @dataclass(frozen=True, eq=False)

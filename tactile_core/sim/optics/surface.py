@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from types import ModuleType
-from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -16,32 +14,16 @@ from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.banded import BandedMatrix
 from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.markers import SHAPES, MarkerPrint
+from tactile_core.sim.optics.markers import MarkerPrint
 
 
-class SurfaceParameters(NamedTuple):
-    """Parameters of the rendered surface.
+class SURFACE:
+    """Parameters of the rendered surface."""
 
-    Attributes
-    ----------
-    margin : float, image widths
-        Border around the image that shear may move into it.
-        Source: chosen by hand; no script derives it.
-    min_shadow_relief_mm : float, mm
-        A relief with a smaller range casts no shadows.
-        Source: chosen by hand; no script derives it.
-    sigmas_per_grain : float, ratio
-        Size of the grain over the Gaussian sigma that correlates it.
-        Source: chosen by hand; no script derives it.
-    """
-
-    margin: float = 0.1
-    min_shadow_relief_mm: float = 0.01
+    margin = 0.1  # [image widths] Border around the image that shear may move into it
+    min_shadow_relief_mm = 0.01  # [mm] A relief with a smaller range casts no shadows
+    # [ratio] Size of the grain over the Gaussian sigma that correlates it.
     sigmas_per_grain: float = 2
-
-
-SURFACE = SurfaceParameters()
-"""The values in use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,23 +39,21 @@ class Surface:
     mm_per_px : float
     reflectance : (H, W) float32 or None
         1 on the bare surface, less on markers; None without markers.
-    textures : (T, H, W, 4) float32 or uint16
-        In units of ``texture_unit``: grain as a factor on each light, four lights to an image.
-        Grain differs between lights, because facets reflect only some of them. Scratches and
-        markers follow the last light.
+    textures : (T, H, W, 4) float32
+        Grain as a factor on each light, four lights to an image. Grain differs between lights,
+        because facets reflect only some of them. Scratches and markers follow the last light.
     """
 
     relief_mm: Float32
     rest_slopes: Float32 | None
     mm_per_px: float
     reflectance: Float32 | None
-    textures: NDArray[Any]
-    texture_unit: float = 1.0
+    textures: Float32
     _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
         """(H, W) grain: factor on the light of this index."""
-        return _plane(self.textures, led_array, self.texture_unit)
+        return _plane(self.textures, led_array)
 
     def reduced(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
@@ -115,19 +95,9 @@ class Membrane:
         Number of lights; each has its own grain.
     faults : Faults
     seed : int
-    compiled : bool
-        Textures are for the kernels, which read 16 bits as fast as they are.
     """
 
-    def __init__(
-        self,
-        profile: SensorBuild,
-        led_arrays: int,
-        faults: Faults,
-        seed: int,
-        *,
-        compiled: bool = False,
-    ) -> None:
+    def __init__(self, profile: SensorBuild, led_arrays: int, faults: Faults, seed: int) -> None:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
@@ -158,14 +128,9 @@ class Membrane:
                 self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
             )
         # Remapping an image of four channels takes as long as one of a single channel.
-        stacked = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
+        self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
         for number, texture in enumerate(textures):
-            stacked[number // 4, ..., number % 4] = texture
-        self._unit, self._textures = 1.0, stacked
-        if compiled and scratches is None:
-            # half of the bytes; a step is a few millionths of the light
-            self._unit = float(stacked.max()) / np.iinfo(np.uint16).max
-            self._textures = np.rint(stacked / np.float32(self._unit)).astype(np.uint16)
+            _plane(self._textures, number)[...] = texture
         (rows, columns), m = self._shape, self._margin
         self._at_rest = self._textures[:, m : m + rows, m : m + columns].copy()
         # columns and rows of the textures at the pixels
@@ -176,39 +141,23 @@ class Membrane:
         height_mm: Float32,
         displacement_mm: Float32 | None = None,
         markers_px: NDArray[np.float64] | None = None,
-        *,
-        compiled: ModuleType | None = None,
     ) -> Surface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._moved(displacement_mm)
         reflectance = None
         if self._print is not None and markers_px is None:
-            reflectance = _plane(textures, self._print, self._unit)
+            reflectance = _plane(textures, self._print)
         if self.markers is not None and markers_px is not None:
-            reflectance = self._printed(self.markers, markers_px, compiled)
+            reflectance = self.markers.reflectance(self._shape, markers_px, self._ink)
         if self._absorption:
             darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
             reflectance = darker if reflectance is None else reflectance * darker
         relief = height_mm
         if self._scratches is not None:
-            relief = height_mm + _plane(textures, self._scratches, self._unit)
-        return Surface(
-            relief, self._rest_slopes, self._mm_per_px, reflectance, textures, self._unit
-        )
+            relief = height_mm + _plane(textures, self._scratches)
+        return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
-    def _printed(
-        self, markers: MarkerPrint, markers_px: NDArray[np.float64], compiled: ModuleType | None
-    ) -> Float32:
-        if compiled is None:
-            return markers.reflectance(self._shape, markers_px, self._ink)
-        bare = np.ones(self._shape, np.float32)
-        centres, turned = markers.blots(markers_px, self._shape)
-        compiled.draw(
-            centres, turned, markers.size_px, SHAPES.index(markers.shape), self._ink, bare
-        )
-        return bare
-
-    def _moved(self, displacement_mm: Float32 | None) -> NDArray[Any]:
+    def _moved(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
         if displacement_mm is None:
             return self._at_rest
@@ -224,10 +173,9 @@ class Membrane:
         return moved
 
 
-def _plane(textures: NDArray[Any], number: int, unit: float) -> Float32:
-    plane = textures[number // 4, ..., number % 4]
-    # A view of numbers in single precision: a copy would cost more than strided reads.
-    return plane if plane.dtype == np.float32 else plane * np.float32(unit)
+def _plane(textures: Float32, number: int) -> Float32:
+    """View of one texture: a copy would cost more than strided reads."""
+    return textures[number // 4, ..., number % 4]
 
 
 def _averaged(values: Float32, size: tuple[int, int]) -> Float32:

@@ -9,8 +9,6 @@ from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
 from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_markers
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
 

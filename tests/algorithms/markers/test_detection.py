@@ -21,8 +21,6 @@ from tactile_core.algorithms.markers.contrast import brightness_of
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.optics.faults import Faults
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Array = NDArray[Any]
 
 SHAPE = (240, 320)

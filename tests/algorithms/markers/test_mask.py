@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask, mask_of
 from tactile_core.errors import InputError
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]
 

@@ -24,8 +24,6 @@ from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage
 
-pytestmark = pytest.mark.usefixtures("kernels_or_numpy")
-
 MM_PER_PX = 0.05
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 import numpy as np
@@ -101,7 +100,7 @@ def test_a_killed_process_is_said_in_words_and_the_session_is_not_lost(
 
     def killed(self: AtOnce, name: str, frame: Frame) -> Future[Verdict]:
         future: Future[Verdict] = Future()
-        future.set_exception(BrokenProcessPool("a child process terminated abruptly"))
+        future.set_exception(ChildProcessError("a worker process ended unexpectedly"))
         return future
 
     monkeypatch.setattr(AtOnce, "examine", killed)
@@ -113,8 +112,7 @@ def test_presses_that_are_still_examined_count(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Who presses faster than presses are examined is not led on for ever."""
-    fewest = guided_session.SESSION._replace(most_presses=3)
-    monkeypatch.setattr(guided_session, "SESSION", fewest)
+    monkeypatch.setattr(guided_session.SESSION, "most_presses", 3)
     hand = VirtualHand("desktop_three_colour", 201, SMALL, bad_share=0.0)
     reference = average(list(hand.idle(5)))
     guided = GuidedCalibration(hand.profile, reference, 2 * hand.ball_mm, at_once=True)
@@ -143,7 +141,7 @@ def test_presses_that_are_still_examined_count(
 
 def test_a_killed_fit_is_said_in_words(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     def killed(self: AtOnce, *given: Any, **options: Any) -> Any:
-        raise BrokenProcessPool("a child process terminated abruptly")
+        raise ChildProcessError("a worker process ended unexpectedly")
 
     monkeypatch.setattr(AtOnce, "run", killed)
     with pytest.raises(ChildProcessError, match=r"killed.*'tactile calibrate --presses'"):

@@ -134,8 +134,7 @@ def test_profiles_that_cannot_be_rendered_are_left_out_and_the_calibration_may_b
 def test_the_machine_is_named(result: Benches) -> None:
     summary = json.loads(json.dumps(result.summary()))
     assert summary["machine"]["cpu"]
-    assert {"python", "numpy", "tactile-core", "numba"} <= set(summary["machine"]["versions"])
-    assert set(summary["fast"]) == {"installed", "used"}
+    assert {"python", "numpy", "tactile-core"} <= set(summary["machine"]["versions"])
     assert {"stage", "median_ms", "p90_ms", "fps"} == set(summary["benches"][0]["stages"][0])
 
 

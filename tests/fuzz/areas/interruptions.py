@@ -77,7 +77,6 @@ def from_a_shell(box: Sandbox, rng: Random) -> Attempt:
             {"PYTHONIOENCODING": "ascii"},
             {"PYTHONIOENCODING": "latin-1"},
             {"TERM": "dumb", "NO_COLOR": "1"},
-            {"TACTILE_FAST": "1"},
         )
     )
     if rng.random() < 0.5:

@@ -45,7 +45,7 @@ def test_noise_may_be_in_steps(
     pixels = one.read_out(light, steps, -1 / 32)
     same = one.read_out(light, steps.astype(np.float32) / -32)
     assert pixels.shape == light.shape
-    assert pixels.max() == one.table[-1] == 2**bits - 1
+    assert pixels.max() == 2**bits - 1
     assert (np.abs(pixels.astype(int) - same) <= 1).all()
 
 

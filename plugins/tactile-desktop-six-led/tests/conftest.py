@@ -1,1 +1,0 @@
-from support.kernel_paths import _no_kernel_without_its_numpy, kernels_or_numpy  # noqa: F401

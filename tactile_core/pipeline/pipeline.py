@@ -40,11 +40,10 @@ from tactile_core.quantities import (
     ReferenceGradients,
     ShownGel,
 )
+from tactile_core.quantities.on_demand import grid_of
 
 # Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do.
 BULGE = 0.5
-
-HEIGHT_STRIDE = 4  # Of the pixels whose height is compared with the thickness, px
 
 
 class Pipeline:
@@ -321,5 +320,5 @@ class Pipeline:
         thickness_mm = self.profile.gel.thickness_mm
         if thickness_mm is None:
             return False
-        some = height.mm[::HEIGHT_STRIDE, ::HEIGHT_STRIDE]
-        return bool(some.max() > thickness_mm or some.min() < -BULGE * thickness_mm)
+        cells_mm = grid_of(height, "mm").cells  # the map of every pixel costs as much as a step
+        return bool(cells_mm.max() > thickness_mm or cells_mm.min() < -BULGE * thickness_mm)

@@ -177,7 +177,7 @@ class ContactMask(Quantity):
 
     def warnings(self) -> tuple[str, ...]:
         """Return that no undeformed gel is left, relative to which anything was measured."""
-        covered = float(self.mask.mean())
+        covered = np.count_nonzero(self.mask) / self.mask.size
         if covered <= MOST_COVERED:
             return ()
         return (

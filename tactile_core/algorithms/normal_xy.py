@@ -52,26 +52,23 @@ def to_normal_xy(gradients: Float32) -> Float32:
     return np.asarray(gradients / norm, np.float32)
 
 
-def planes_to_gradient(nx: Float32, ny: Float32, scratch: Float32) -> None:
+def planes_to_gradient(nx: Float32, ny: Float32) -> None:
     """Convert two planes of normal components to slopes in place; a faster :func:`to_gradient`.
 
     Parameters
     ----------
     nx, ny : (H, W) float32
         Components of the unit normals; overwritten by the slopes.
-    scratch : (H, W) float32
-        Overwritten.
     """
-    square = cv2.multiply(nx, nx, dst=scratch)
+    square = np.asarray(cv2.multiply(nx, nx), np.float32)
     cv2.accumulateSquare(ny, square)
     # Finding the maximum is much faster than a mask, and few images have a pixel that is too steep.
     if cv2.minMaxLoc(square)[1] > NORMALS.steepest_sine**2:
-        steep = np.nonzero(scratch > NORMALS.steepest_sine**2)
-        shrink = np.float32(NORMALS.steepest_sine) / np.sqrt(scratch[steep])
+        steep = np.nonzero(square > NORMALS.steepest_sine**2)
+        shrink = np.float32(NORMALS.steepest_sine) / np.sqrt(square[steep])
         nx[steep] *= shrink
         ny[steep] *= shrink
-        scratch[steep] = NORMALS.steepest_sine**2
-    cv2.addWeighted(scratch, -1.0, scratch, 0.0, 1.0, dst=scratch)
-    per_cosine = cv2.pow(scratch, -0.5, dst=scratch)
+        square[steep] = NORMALS.steepest_sine**2
+    per_cosine = cv2.pow(cv2.addWeighted(square, -1.0, square, 0.0, 1.0), -0.5)
     cv2.multiply(nx, per_cosine, dst=nx)
     cv2.multiply(ny, per_cosine, dst=ny)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
@@ -102,21 +99,14 @@ def fill_markers(
     (H, W, K), same dtype
     """
     around = AroundMarkers(bare_mask(marker_mask), size_px)
-    with planes_of(pixels) as planes:
-        filled = [around.filled(plane) for plane in planes]
+    filled = [around.filled(plane) for plane in planes_of(pixels)]
     return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
 
 
-@contextmanager
-def planes_of(pixels: NDArray[Any]) -> Iterator[list[NDArray[Any]]]:
-    """Yield the channels of an (H, W, K) image as planes, valid within the ``with`` block."""
+def planes_of(pixels: NDArray[Any]) -> list[NDArray[Any]]:
+    """Return the channels of an (H, W, K) image as contiguous planes, views where they are."""
     planar = pixels.transpose(2, 0, 1)
-    if planar.flags.c_contiguous:
-        yield list(planar)
-        return
-    with borrowed(planar.shape, planar.dtype) as memory:
-        cv2.split(pixels, list(memory))
-        yield list(memory)
+    return list(planar if planar.flags.c_contiguous else np.ascontiguousarray(planar))
 
 
 def bare_mask(marker_mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -159,10 +149,9 @@ class AroundMarkers:
 
     def filled(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
-        with borrowed(part.shape, part.dtype) as without:
-            without.fill(0)
-            cv2.copyTo(part, self._surface, without)
-            total = self._total(without)
+        without = np.zeros_like(part)
+        cv2.copyTo(part, self._surface, without)
+        total = self._total(without)
         count = self._count if part.ndim == 2 else cv2.merge([self._count] * part.shape[2])
         around = cv2.divide(total, count, dtype=cv2.CV_8U if part.dtype == np.uint8 else -1)
         if part.dtype == np.uint16:

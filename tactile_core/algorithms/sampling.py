@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
 from tactile_core.algorithms.arrays.types import Bool
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
@@ -106,8 +105,7 @@ class Sampling:
         """Smooth all channels at once where OpenCV can, else plane by plane."""
         if pixels.flags.c_contiguous and 1 < pixels.shape[2] <= MOST_CHANNELS:
             return self._processed([pixels], marker_mask)
-        with planes_of(pixels) as planes:
-            return self._processed(planes, marker_mask)
+        return self._processed(planes_of(pixels), marker_mask)
 
     def _processed(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
         if marker_mask is None or not self.around_px:
@@ -144,10 +142,9 @@ def _of_surface(
     share = _coarse(surface, times)
     means = []
     for part in parts:
-        with borrowed(part.shape, part.dtype) as bare:
-            bare.fill(0)
-            cv2.copyTo(part, surface, bare)
-            small = _coarse(bare, times)
+        bare = np.zeros_like(part)
+        cv2.copyTo(part, surface, bare)
+        small = _coarse(bare, times)
         shares = share.astype(part.dtype)
         if small.ndim == 3:
             shares = np.asarray(cv2.merge([shares] * small.shape[2]))

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.normal_xy import planes_to_gradient, to_normal_xy
@@ -59,8 +58,7 @@ class SlopeCells(NamedTuple):
             return gx, gy
         normal_xy = to_normal_xy(np.stack([self.gx, self.gy], axis=-1))
         gx, gy = (interpolated(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
-        with borrowed(shape, np.float32) as spare:
-            planes_to_gradient(gx, gy, spare)
+        planes_to_gradient(gx, gy)
         return gx, gy
 
 

@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
@@ -171,9 +170,8 @@ class SlopeGrid:
         strides = np.array([[count * count, count, 1]], np.float32)
         bins = self._bins(table, smoothed).astype(np.float32)
         entry = np.asarray(cv2.transform(bins, strides)).astype(np.intp)
-        with borrowed((h, w), np.complex64) as found:
-            table.normal_xy.reshape(-1).take(entry, out=found, mode="clip")
-            cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
+        found = table.normal_xy.reshape(-1).take(entry, mode="clip")
+        cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
 
     def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
         """Index of the table's entry along each channel, (h, w, 3)."""
@@ -189,13 +187,11 @@ class SlopeGrid:
 
     def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
         """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
-        shape = normal_xy.shape[1:]
-        with borrowed(shape, np.float32) as spare:
-            for plane, coarse in zip(normal_xy, missing, strict=True):
-                cv2.resize(coarse, plane.shape[::-1], dst=spare, interpolation=cv2.INTER_LINEAR)
-                cv2.add(plane, spare, dst=plane)
-            gx, gy = normal_xy
-            planes_to_gradient(gx, gy, spare)
+        for plane, coarse in zip(normal_xy, missing, strict=True):
+            wide = cv2.resize(coarse, plane.shape[::-1], interpolation=cv2.INTER_LINEAR)
+            cv2.add(plane, wide, dst=plane)
+        gx, gy = normal_xy
+        planes_to_gradient(gx, gy)
 
 
 class _Still(NamedTuple):

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.photometric import planes_of
 
 
@@ -30,22 +29,15 @@ def two_within(pixels: NDArray[Any], floor: float, ceiling: float) -> NDArray[np
     """
     rows, columns, channels = pixels.shape
     below = float(np.nextafter(np.float32(ceiling), np.float32(0)))
-    with (
-        planes_of(pixels) as planes,
-        borrowed((rows, columns), pixels.dtype) as outside,
-        borrowed((rows, columns), pixels.dtype) as some,
-    ):
-        outside.fill(0)
-        for plane in planes:
-            # finding the extremes is faster than thresholding, and they are rarely out of range
-            darkest, brightest = cv2.minMaxLoc(plane)[:2]
-            if darkest <= floor:
-                cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV, dst=some)
-                cv2.add(outside, some, dst=outside)
-            if brightest >= ceiling:
-                cv2.threshold(plane, below, 1, cv2.THRESH_BINARY, dst=some)
-                cv2.add(outside, some, dst=outside)
-        allowed: Any = channels - min(2, channels)
-        valid = np.asarray(cv2.compare(outside, allowed, cv2.CMP_LE), np.uint8)
+    outside = np.zeros((rows, columns), pixels.dtype)
+    for plane in planes_of(pixels):
+        # finding the extremes is faster than thresholding, and they are rarely out of range
+        darkest, brightest = cv2.minMaxLoc(plane)[:2]
+        if darkest <= floor:
+            outside += cv2.threshold(plane, floor, 1, cv2.THRESH_BINARY_INV)[1]
+        if brightest >= ceiling:
+            outside += cv2.threshold(plane, below, 1, cv2.THRESH_BINARY)[1]
+    allowed: Any = channels - min(2, channels)
+    valid = np.asarray(cv2.compare(outside, allowed, cv2.CMP_LE), np.uint8)
     valid &= 1
     return valid

@@ -35,5 +35,5 @@ def test_a_normal_keeps_its_direction(normal_xy: np.ndarray) -> None:
 @given(any_normal_xy)
 def test_planes_become_the_same_slopes_as_pairs(normal_xy: np.ndarray) -> None:
     nx, ny = np.ascontiguousarray(normal_xy[..., 0]), np.ascontiguousarray(normal_xy[..., 1])
-    planes_to_gradient(nx, ny, np.empty_like(nx))
+    planes_to_gradient(nx, ny)
     np.testing.assert_allclose(np.stack([nx, ny], -1), to_gradient(normal_xy), rtol=1e-4, atol=1e-6)

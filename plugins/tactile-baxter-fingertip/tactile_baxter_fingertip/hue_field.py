@@ -130,7 +130,7 @@ class HueField:
                 cv2.accumulateProduct(plane, weight, total)
             parts.append(total)
         gx, gy = parts
-        planes_to_gradient(gx, gy, np.empty_like(gx))
+        planes_to_gradient(gx, gy)
         return gx, gy
 
     def steep_share(self, pixels: NDArray[Any], marker_mask: Bool | None) -> float:

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.scratch import borrowed
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
@@ -159,19 +158,19 @@ class StereoField:
     ) -> tuple[NDArray[np.intp], Float32]:
         """Write (2, H, W) slopes; return indices and responses of inconsistent pixels."""
         shape = self._undeformed.shape
-        with borrowed(shape, np.float32) as response, borrowed((3, *shape[1:]), np.float32) as b:
-            self._respond(planes, gains, self._undeformed, response)
-            np.multiply(self._tilt, strength, out=b[:2])
-            b[2] = 1
-            for component, rows in zip(b, self._rows, strict=True):
-                for light, row in zip(response, rows, strict=True):
-                    cv2.accumulateProduct(light, row, component)
-            np.maximum(b[2], _LEAST_FACING, out=b[2])
-            for component, slope in zip(b, slopes, strict=False):
-                cv2.divide(component, b[2], dst=slope)
-            flat = response.reshape(len(response), -1)
-            outliers = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
-            return outliers, flat[:, outliers]
+        response, b = np.empty(shape, np.float32), np.empty((3, *shape[1:]), np.float32)
+        self._respond(planes, gains, self._undeformed, response)
+        np.multiply(self._tilt, strength, out=b[:2])
+        b[2] = 1
+        for component, rows in zip(b, self._rows, strict=True):
+            for light, row in zip(response, rows, strict=True):
+                cv2.accumulateProduct(light, row, component)
+        np.maximum(b[2], _LEAST_FACING, out=b[2])
+        for component, slope in zip(b, slopes, strict=False):
+            cv2.divide(component, b[2], dst=slope)
+        flat = response.reshape(len(response), -1)
+        outliers = np.flatnonzero(self._redundancy.misfit(flat) > self._redundancy.tolerance)
+        return outliers, flat[:, outliers]
 
     def _correct(
         self,

@@ -95,7 +95,6 @@ class ReferenceLevels:
             for size, cells in zip((columns, rows), self._cells, strict=True)
         )
         self._down, self._across = down, across
-        self._places = (down[:, None] * columns + across).ravel()
         self._full_scale = full_scale
         self._undeformed = self._cell_means(reference)
         self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
@@ -115,28 +114,18 @@ class ReferenceLevels:
     def _quotients(self, pixels: Array, marker_mask: Array | None) -> Array:
         """Means of the readable cells over those of the reference, (K, N) float32."""
         bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
-        halved = len(self._down) == 2 * self._cells[1] and len(self._across) == 2 * self._cells[0]
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > bounds[0]) & self._bright
         readable &= means.max(axis=0) < bounds[1]
-        if marker_mask is not None and halved:
-            sampled = marker_mask.take(self._places).reshape(len(self._down), -1)
-            hidden = sampled[::2] | sampled[1::2]
-            readable &= ~(hidden[:, ::2] | hidden[:, 1::2]).ravel()
-        elif marker_mask is not None:
+        if marker_mask is not None:
             readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
         (index,) = readable.nonzero()
         return np.asarray(means.take(index, axis=1) / self._undeformed.take(index, axis=1))
 
     def _cell_means(self, pixels: Array) -> Array:
         """Means of neighbouring samples on a coarse grid, (K, N) float32."""
-        channels = pixels.shape[2]
-        if pixels.flags.c_contiguous:
-            samples = pixels.reshape(-1, channels).take(self._places, axis=0)
-        else:
-            samples = pixels[np.ix_(self._down, self._across)]
-        samples = samples.reshape(len(self._down), len(self._across), channels).astype(np.float32)
-        means = shrunk(samples, self._cells, halvings=0).reshape(-1, channels)
+        samples = pixels[np.ix_(self._down, self._across)].astype(np.float32)
+        means = shrunk(samples, self._cells, halvings=0).reshape(-1, pixels.shape[2])
         return np.ascontiguousarray(means.T)
 
 

@@ -105,10 +105,6 @@ def brightness_of(pixels: Array, times: int) -> Array:
     pixels = _reduced(pixels, times)
     if pixels.ndim == 2:
         return pixels
-    if _is_colour(pixels):
-        # twice as fast as the general case, with the same bytes
-        means = np.asarray(cv2.blur(pixels.reshape(len(pixels), -1), (3, 1)))
-        return cv2.extractChannel(means.reshape(pixels.shape), 1)
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
     return cv2.transform(pixels, share).reshape(pixels.shape[:2])
 
@@ -127,10 +123,6 @@ def _closed(brightness: Array, reach: int) -> Array:
     full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
     darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
-
-
-def _is_colour(pixels: Array) -> bool:
-    return pixels.shape[2:] == (3,) and pixels.dtype == np.uint8
 
 
 def _reduced(pixels: Array, times: int) -> Array:

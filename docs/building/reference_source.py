@@ -70,12 +70,17 @@ def _path(name: str) -> Path:
     return (ROOT if package == PACKAGE else distribution) / Path(package, *rest)
 
 
+def _stub(package: str) -> list[ast.stmt]:
+    """Return the statements of a package's stub, which says where its names are; [] without one."""
+    path = _path(package) / "__init__.pyi"
+    return ast.parse(path.read_text(encoding="utf-8")).body if path.is_file() else []
+
+
 def public_names() -> list[str]:
     """Return the full names of everything that the package offers at its top."""
-    stub = (_path(PACKAGE) / "__init__.pyi").read_text(encoding="utf-8")
     return [
         f"{PACKAGE}.{node.module}.{alias.name}"
-        for node in ast.parse(stub).body
+        for node in _stub(PACKAGE)
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     ]
@@ -90,9 +95,9 @@ def entry(full_name: str) -> Entry:
     for constant in _constants(module):
         if constant.name == name:
             return constant
-    for node in ast.walk(module_of(module)):
+    for node in [*ast.walk(module_of(module)), *_stub(module)]:
         if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
-            return entry(f"{node.module}.{name}")
+            return entry(f"{f'{module}.' * node.level}{node.module}.{name}")
     raise LookupError(f"{module} defines no {name}")
 
 

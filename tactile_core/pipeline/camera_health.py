@@ -140,7 +140,7 @@ class CameraHealth:
             problem = (
                 f"{count} of {images} images were not measured, because that takes "
                 f"{1e3 * busy_s:.0f} ms and an image comes every {1e3 / self._rate_hz:.0f} ms; "
-                f"leave out steps or make the image smaller"
+                "leave out steps or make the image smaller"
             )
         return Finding.judged(count, None, "", problem)
 

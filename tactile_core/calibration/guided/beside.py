@@ -29,7 +29,7 @@ class BESIDE:
     # about half that of an equal ball.
     largest = 0.9
     # [ball radii] Radius over which the change is averaged. Source: that of the circle search
-    # (``StartParameters.blur_radii``).
+    # (``START.blur_radii``).
     blur_balls = 0.35
 
 

@@ -20,10 +20,10 @@ class CHANGE:
     # [count] Cells along the longer side, at most, so that a small ball costs no more time.
     most_cells = 96
     # [ball radii] Radius over which the change is averaged before it is called a contact. Source:
-    # that of the circle search (``StartParameters.blur_radii``).
+    # that of the circle search (``START.blur_radii``).
     blur_balls = 0.35
     # [share of the full scale] Added to both intensities before the logarithm, which would dwell
-    # on noise in the dark. Source: that of the drift estimate (``DriftParameters.dark_share``).
+    # on noise in the dark. Source: that of the drift estimate (``DRIFT.dark_share``).
     dark_share = 0.02
     # [share of the strongest change] Cells with a larger change belong to the imprint.
     imprint_share = 0.35

@@ -19,7 +19,7 @@ class EXAMINATION:
     """Limits of a press that is kept. Nothing sets them: they are ratios of lengths."""
 
     # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
-    # circle search needs (``FitParameters``).
+    # circle search needs (``FIT``).
     smallest_contact = 0.35
     # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its plate.
     # Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63

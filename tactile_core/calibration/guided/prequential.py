@@ -21,7 +21,7 @@ class PREQUENTIAL:
     """Parameters of the running score. Nothing sets them."""
 
     # [count] With fewer presses nothing is scored: the circles are found with a light that is
-    # uniform. Source: the circle search (``LightParameters.few_presses``).
+    # uniform. Source: the circle search (``LIGHT.few_presses``).
     fewest_presses = 4
     # [count] Latest presses whose mean error is the score. Source: by hand, : errors of single
     # presses differ by half.

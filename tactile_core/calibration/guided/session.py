@@ -44,7 +44,7 @@ class SESSION:
     # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
     most_attempts = 30
     # [count] Fewest presses with which guiding ends by itself. Source: the circle search
-    # describes the light best from 12 on (``LightParameters``).
+    # describes the light best from 12 on (``LIGHT``).
     enough_presses = 12
 
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms import slope_field
-from tactile_core.algorithms.normal_xy import planes_to_gradient
-from tactile_core.algorithms.photometric import Smoothing
+from tactile_core.algorithms.photometric import Smoothing, planes_to_gradient
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
-from tactile_core.plugins.calibrators import calibrator_of
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.quantities import Frame, Reference
 
 MODELS = ("core.mlp", "core.lookup_table", "core.polynomial")

@@ -19,13 +19,11 @@ from scipy.spatial import KDTree
 from skimage import feature, measure, morphology, restoration, transform
 
 from tactile_core.algorithms.arrays.filling import filled
-from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.regression import fit_polynomial, scaling, terms
+from tactile_core.algorithms.arrays.regression import fit_polynomial, quantile, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _parts
 from tactile_core.algorithms.displacement import decomposed
-from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
-from tactile_core.algorithms.displacement.kriging import Kriging
+from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.marker_tracking.pairing import paired
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_markers

@@ -35,7 +35,7 @@ from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.calibrators import calibrator_of
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients
 

@@ -20,7 +20,7 @@ from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from support.mjpeg_server import MjpegProcess
 
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import Devices, make_lights
 from tactile_core.pipeline.sensor import Sensor

@@ -19,7 +19,7 @@ from slip_thresholds import auc
 
 from experiments.slip_at_speed import Passage, passages
 from experiments.slip_sequences import GROSS, HALF
-from tactile_core.algorithms.slip.slipped_share import SLIPPED_SHARE
+from tactile_core.algorithms.slip.cues import SLIPPED_SHARE
 
 SEEDS = 3000, 3048
 """Not used for any constant."""

@@ -19,7 +19,7 @@ from tactile_core import Bundle, load_profile, open_sensor
 from tactile_core.evaluation.demo import calibrated_virtually
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 
 WARM_UP, RENDERED = 40, 40
 """Frames before timing starts, and frames that are rendered before."""

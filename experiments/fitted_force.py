@@ -15,7 +15,7 @@ from experiments.elastic_force import SHAPES, TOUCHES, touches
 from experiments.virtual_unit import VirtualUnit
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import LinearForce
-from tactile_core.calibration.force.score import held_out_forces, scored
+from tactile_core.calibration.force.result import held_out_forces, scored
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.force_calibration import ForceSamples

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from experiments.press_sets import SETS, Presses
 from tactile_core import open_sensor
-from tactile_core.calibration.guided.bench import Bench
-from tactile_core.calibration.guided.examination import Examiner
+from tactile_core.calibration.guided.examination import Bench, Examiner
 from tactile_core.profiles.loader import load_profile
 
 

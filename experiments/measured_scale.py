@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.grid_pitch import measure_pitch
-from tactile_core.algorithms.imprint_pair import imprint_distance
+from tactile_core.algorithms.sequence import imprint_distance
 from tactile_core.sim.stage import VirtualStage
 
 Image = NDArray[np.generic]

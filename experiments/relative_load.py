@@ -20,7 +20,7 @@ from experiments.virtual_unit import unit_overrides
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity import POISSON_RATIO, SHEAR_MODULUS_MPA, Elastomer
 from tactile_core.algorithms.light_change import LIGHT_CHANGE, change_in_detail
-from tactile_core.builtin.load import LOAD
+from tactile_core.builtin.contact import LOAD
 from tactile_core.errors import InputError
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import load_profile
+from tactile_core.builtin.contact import Displacement
 from tactile_core.builtin.contact_shear import ShearOfContact
-from tactile_core.builtin.displacement import Displacement
-from tactile_core.builtin.imprint_motion import MotionOfImprint
-from tactile_core.builtin.shear_release import ReleaseOfShear
+from tactile_core.builtin.imprint_motion import MotionOfImprint, ReleaseOfShear
 from tactile_core.builtin.slip import Slip
 from tactile_core.builtin.slip_contact import SlipContactFinder
 from tactile_core.interfaces.device import Options

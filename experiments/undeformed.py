@@ -25,7 +25,7 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.builtin.force_linear import LinearForce
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.calibration.force.score import held_out_forces
+from tactile_core.calibration.force.result import held_out_forces
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.force_calibration import ForceSamples

@@ -1,10 +1,10 @@
 """The public names, from where each is defined; ``__init__.py`` reads them here."""
 
-from .acquisition.device_list import DeviceList as DeviceList
-from .acquisition.device_list import ListedDevice as ListedDevice
-from .acquisition.device_list import list_devices as list_devices
+from .acquisition.unit_devices import DeviceList as DeviceList
+from .acquisition.unit_devices import ListedDevice as ListedDevice
 from .acquisition.unit_devices import claim_device as claim_device
 from .acquisition.unit_devices import forget_devices as forget_devices
+from .acquisition.unit_devices import list_devices as list_devices
 from .bundles.bundle import Bundle as Bundle
 from .bundles.claims import Claim as Claim
 from .bundles.claims import Claims as Claims
@@ -15,13 +15,12 @@ from .errors import InputError as InputError
 from .errors import PluginError as PluginError
 from .errors import ProfileError as ProfileError
 from .errors import TactileError as TactileError
-from .interfaces.artefact import Artefact as Artefact
 from .interfaces.calibration import Calibration as Calibration
 from .interfaces.calibrator import Calibrator as Calibrator
 from .interfaces.calibrator import Press as Press
 from .interfaces.camera import Camera as Camera
 from .interfaces.camera import Trigger as Trigger
-from .interfaces.connected_device import ConnectedDevice as ConnectedDevice
+from .interfaces.device import ConnectedDevice as ConnectedDevice
 from .interfaces.estimator import Estimator as Estimator
 from .interfaces.estimator import External as External
 from .interfaces.estimator import SensorContext as SensorContext
@@ -33,14 +32,15 @@ from .interfaces.illumination import Illumination as Illumination
 from .interfaces.illumination import Light as Light
 from .interfaces.light_driver import LightDriver as LightDriver
 from .interfaces.reading import Reading as Reading
+from .interfaces.section import Artefact as Artefact
 from .interfaces.sink import Session as Session
 from .interfaces.sink import Sink as Sink
-from .interfaces.slope_models.options import SlopeOptions as SlopeOptions
-from .interfaces.slope_models.slope_calibration import SlopeCalibration as SlopeCalibration
+from .interfaces.slope_models.samples import SlopeOptions as SlopeOptions
+from .interfaces.slope_models.slope_model import SlopeCalibration as SlopeCalibration
 from .interfaces.slope_models.slope_model import SlopeModel as SlopeModel
 from .interfaces.stream_statistics import StreamStatistics as StreamStatistics
 from .interfaces.streaming.encoded_image import TornImage as TornImage
-from .interfaces.streaming.image_reader import ImageSource as ImageSource
+from .interfaces.streaming.streaming_camera import ImageSource as ImageSource
 from .interfaces.streaming.streaming_camera import StreamingCamera as StreamingCamera
 from .pipeline.batch.batch import Batch as Batch
 from .pipeline.batch.recording_job import MeasuredRecording as MeasuredRecording

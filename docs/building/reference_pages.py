@@ -21,7 +21,7 @@ PUBLIC = {
 """Pages of the names that ``tactile_core`` offers: title, and the packages that define them."""
 
 FURTHER = {
-    "files": ("tactile_core.formats.saved_quantities.read_quantities",),
+    "files": ("tactile_core.formats.npz.read_quantities",),
     "sensor": (
         "tactile_core.calibration.fitting.calibrate",
         "tactile_core.plugins.registry.resolve",

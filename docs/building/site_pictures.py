@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities.layers import Surface
+from tactile_core.quantities.fields import Surface
 from tactile_core.sim.analytic_ball import BallPress, render
 from tactile_core.views.maps import relief
 from tactile_core.views.pictures import side_by_side

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.half_sample import shorths
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shorths, shrunk
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.levels import LEVELS
 

@@ -1,9 +1,10 @@
-"""Relative change of each light channel against the reference image."""
+"""Photometric measures: relative change, normals, smooth background."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 from typing import Any
 
 import cv2
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
@@ -207,3 +209,142 @@ def place(shape: tuple[int, int]) -> Float32:
     """Position of each pixel, (H, W, 2): x and y from the centre, in half widths of the image."""
     y, x = (from_middle(side) / (shape[1] / 2) for side in shape)
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)
+
+
+class NORMALS:
+    """Bound of the normals that slope models return.
+
+    Nothing sets it from outside: stored models and their tables are made with it.
+    """
+
+    # [ratio] Largest length of ``normal_xy``, the sine of 78.5°. Steeper normals keep their
+    # direction.
+    steepest_sine = 0.98
+
+
+def to_gradient(normal_xy: Float32) -> Float32:
+    """Slopes from the x and y components of unit normals.
+
+    Parameters
+    ----------
+    normal_xy : (..., 2) float32
+        Steeper ones than ``NORMALS.steepest_sine`` are shortened to it.
+
+    Returns
+    -------
+    (..., 2) float32
+        ∂z/∂x and ∂z/∂y.
+    """
+    square = (normal_xy * normal_xy).sum(-1, keepdims=True)
+    excess = np.maximum(square, NORMALS.steepest_sine**2) / NORMALS.steepest_sine**2
+    bounded = normal_xy / np.sqrt(excess)
+    return np.asarray(
+        bounded / np.sqrt(1 - np.minimum(square, NORMALS.steepest_sine**2)), np.float32
+    )
+
+
+def to_normal_xy(gradients: Float32) -> Float32:
+    """Components of unit normals from (..., 2) slopes; the inverse of :func:`to_gradient`."""
+    norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
+    return np.asarray(gradients / norm, np.float32)
+
+
+def planes_to_gradient(nx: Float32, ny: Float32) -> None:
+    """Convert two planes of normal components to slopes in place; a faster :func:`to_gradient`.
+
+    Parameters
+    ----------
+    nx, ny : (H, W) float32
+        Components of the unit normals; overwritten by the slopes.
+    """
+    square = np.asarray(cv2.multiply(nx, nx), np.float32)
+    cv2.accumulateSquare(ny, square)
+    # Finding the maximum is much faster than a mask, and few images have a pixel that is too steep.
+    if cv2.minMaxLoc(square)[1] > NORMALS.steepest_sine**2:
+        steep = np.nonzero(square > NORMALS.steepest_sine**2)
+        shrink = np.float32(NORMALS.steepest_sine) / np.sqrt(square[steep])
+        nx[steep] *= shrink
+        ny[steep] *= shrink
+        square[steep] = NORMALS.steepest_sine**2
+    per_cosine = cv2.pow(cv2.addWeighted(square, -1.0, square, 0.0, 1.0), -0.5)
+    cv2.multiply(nx, per_cosine, dst=nx)
+    cv2.multiply(ny, per_cosine, dst=ny)
+
+
+class BACKGROUND:
+    """Parameters of the background fit. What a user may choose is the degree of the polynomial."""
+
+    # [count] Samples along the shorter side of the image; more add time and no accuracy.
+    samples_across = 160
+    # [count] Reweightings at the final degree, and at each degree below it.
+    rounds = 8
+    first_rounds = 4
+    # [logarithm of intensity] Smallest residual scale of the Cauchy weights: the noise of the
+    # coating. Source: chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give
+    # the same heights (ADR 14).
+    least_sigma = 0.03
+
+
+def smooth_background(
+    pixels: NDArray[Any], marker_mask: NDArray[np.bool_] | None = None, *, degree: int = 4
+) -> Float32:
+    """Estimate the illumination of a flat, undeformed gel surface from an image with relief.
+
+    Fits a polynomial of the position to the logarithm of each channel by iteratively reweighted
+    least squares with Cauchy weights [1]_, so that relief has almost no weight. The result keeps
+    only what varies as slowly as the polynomial: a shape that fills the image is mistaken for
+    illumination.
+
+    Parameters
+    ----------
+    pixels : (H, W, K)
+        Intensities; most of the gel surface should be flat.
+    marker_mask : (H, W) bool, optional
+        Pixels that do not show the coating.
+    degree : int
+        Total degree of the polynomial.
+
+    Returns
+    -------
+    (H, W, K) float32
+        In the units of ``pixels``, positive.
+
+    References
+    ----------
+    .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
+       least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
+    """
+    height, width, channels = pixels.shape
+    step = max(1, min(height, width) // BACKGROUND.samples_across)
+    x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
+    powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
+    seen = np.zeros((height, width), bool)
+    seen[step // 2 :: step, step // 2 :: step] = True
+    if marker_mask is not None:
+        seen &= ~marker_mask
+    sampled = powers[seen.ravel()]
+    least = max(float(pixels.max()) / 1000, 1e-6)
+    planes = []
+    for k in range(channels):
+        logarithm = np.log(np.maximum(pixels[..., k][seen].astype(np.float64), least))
+        planes.append(np.exp(powers @ _cauchy_fit(sampled, logarithm, degree)))
+    return np.stack(planes, axis=1).reshape(pixels.shape).astype(np.float32)
+
+
+def _cauchy_fit(powers: NDArray[Any], values: NDArray[Any], degree: int) -> NDArray[Any]:
+    """Fit the coefficients, one degree after another.
+
+    Each degree starts from the weights of the one below. A low degree is too stiff to follow
+    relief, so its outliers stay outliers, even near the border.
+    """
+    weight = np.ones_like(values)
+    coefficients: NDArray[Any] = np.zeros(0)
+    for highest in range(degree + 1):
+        lower = powers[:, : comb(highest + 2, 2)]
+        for _ in range(BACKGROUND.rounds if highest == degree else BACKGROUND.first_rounds):
+            root = np.sqrt(weight)
+            coefficients = np.linalg.lstsq(lower * root[:, None], values * root, rcond=None)[0]
+            residual = values - lower @ coefficients
+            sigma = max(BACKGROUND.least_sigma, sigma_of(residual))
+            weight = 1 / (1 + np.square(residual / sigma))
+    return coefficients

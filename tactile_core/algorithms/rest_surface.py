@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.half_sample import narrowest
 from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.quantile import quantile, sigma_of
+from tactile_core.algorithms.arrays.regression import quantile, sigma_of
+from tactile_core.algorithms.arrays.shrinking import narrowest
 from tactile_core.algorithms.arrays.types import Array, Float64
 
 

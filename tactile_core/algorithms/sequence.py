@@ -1,21 +1,17 @@
-"""Verification of sequential exposures: which light each exposure shows.
-
-The gel surface is brighter near the light. Where the surface is undeformed, an exposure divided by
-the reference of the *same* light is constant, whatever the drift or the exposure time. Divided by
-the reference of *another* light it varies across the image. So the width of the narrowest half of
-the logarithms of this quotient identifies the light; contacts fall into the other half. Where a
-contact leaves no undeformed surface, the exposure cannot be identified, and no fault is reported.
-"""
+"""The order of images, and whether two show one scene."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.shrinking import narrowest
 from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.circles.circle import vertex
 
 
 class SEQUENCE:
@@ -165,3 +161,93 @@ def _half_width(values: Array) -> Array:
     """Length of the shortest interval that holds half of the values, along the last axis."""
     _, length = narrowest(np.sort(values, axis=-1), values.shape[-1] // 2 + 1)
     return length
+
+
+# Width and height at which images are compared: an imprint still fills some pixels.
+_SIZE_PX = 32, 24
+
+# Least ratio of unrelated images: recorded presses have 0.49 or more, grasps 0.25 or less.
+_UNRELATED = 0.4
+
+_LEAST_CHANGE = 0.006  # Of full scale. Noise and the light change by less, and are unrelated, too.
+
+
+def are_unrelated(pairs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> bool:
+    """Whether neighbouring images differ as much as any two of them.
+
+    The squared difference of neighbours over twice the variance of all, the ratio of von Neumann
+    [1]_, is about 1 for images in any order and small for those of a motion. Its lower quartile
+    decides, because much may change at once where an object slips, but not all the time. One image
+    alone shows no motion either; of two nobody can know; and images that hardly differ are those
+    of a gel at rest.
+
+    Parameters
+    ----------
+    pairs : sequence of two (H, W) or (H, W, 3) uint8 or uint16
+        Each an image and the one after it.
+
+    References
+    ----------
+    .. [1] J. von Neumann, "Distribution of the ratio of the mean square successive difference to
+       the variance", Annals of Mathematical Statistics 12(4), 1941.
+    """
+    if len(pairs) < 2:
+        return not pairs
+    small = np.array([[_small(image) for image in pair] for pair in pairs])
+    variance = small.reshape(-1, small[0, 0].size).var(axis=0, ddof=1).mean()
+    successive = np.square(small[:, 1] - small[:, 0]).reshape(len(small), -1).mean(axis=1)
+    ratio = np.quantile(successive, 0.25) / (2 * variance) if variance > _LEAST_CHANGE**2 else 0.0
+    return bool(ratio > _UNRELATED)
+
+
+def _small(image: NDArray[Any]) -> NDArray[np.float32]:
+    """Reduce an image to shares of full scale, without its mean light."""
+    small = cv2.resize(image, _SIZE_PX, interpolation=cv2.INTER_AREA)
+    small = small.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
+    return np.asarray(small - np.median(small, axis=(0, 1)), np.float32)
+
+
+_BLUR_PX = 1.0  # Standard deviation of the smoothing, px: noise would sharpen the central peak
+_LEAST_LIGHT = 0.02  # Share of the brightest pixel: the logarithm of darker ones is noise
+
+# Least correlation: two equal imprints have 0.5, single balls on recordings less than this.
+_ALIKE = 0.25
+
+_APART = 1.5  # Least distance, radii of the central peak: closer imprints share their slopes
+
+
+def imprint_distance(pixels: Array, reference: Array) -> tuple[float, float] | None:
+    """Measure the vector from one imprint to the other by the autocorrelation of the change.
+
+    Parameters
+    ----------
+    pixels, reference : (H, W) or (H, W, K)
+        The gel with both imprints, and undeformed.
+
+    Returns
+    -------
+    (dx, dy) in px, dx not negative, or None
+        None without two imprints of the same shape.
+    """
+    least = _LEAST_LIGHT * max(float(np.max(reference)), 1e-9)
+    pressed, rest = (
+        np.log(np.maximum(np.asarray(image, np.float32), least)) for image in (pixels, reference)
+    )
+    change = np.atleast_3d(cv2.GaussianBlur(pressed - rest, (0, 0), _BLUR_PX))
+    change = change - np.median(change, axis=(0, 1))
+    height, width = change.shape[:2]
+    size = (2 * height, 2 * width)
+    spectrum = np.fft.rfft2(change, s=size, axes=(0, 1))
+    alike = np.fft.fftshift(np.fft.irfft2((np.abs(spectrum) ** 2).sum(axis=2), s=size))
+    alike /= max(float(alike[height, width]), 1e-9)
+    y, x = np.mgrid[-height:height, -width:width]
+    distance = np.hypot(x, y)
+    ring = distance.astype(int).ravel()
+    profile = np.bincount(ring, alike.ravel()) / np.bincount(ring)
+    far = (distance > _APART * int(np.argmax(profile < 0))) & (x >= 0)
+    row, column = np.unravel_index(int(np.where(far, alike, -1).argmax()), alike.shape)
+    inside = 0 < row < 2 * height - 1 and 0 < column < 2 * width - 1
+    if not inside or alike[row, column] < _ALIKE:
+        return None
+    across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
+    return float(x[row, column] + vertex(across)), float(y[row, column] + vertex(down))

@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import to_gradient
-from tactile_core.algorithms.photometric import Smoothing, place, relative_change
+from tactile_core.algorithms.photometric import Smoothing, place, relative_change, to_gradient
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
-from tactile_core.algorithms.slope_grid import Model, SlopeGrid
+from tactile_core.algorithms.slope_grid import Model, SlopeCells, SlopeGrid, averaged_for_heights
 
 # On images up to this size the model is evaluated at every pixel. Source: chosen by hand; no script
 # derives it.

@@ -21,7 +21,7 @@ def tactile_cameras() -> Mapping[str, str]:
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
-        "virtual_hand": "tactile_core.sim.hand_camera:HandCamera",
+        "virtual_hand": "tactile_core.sim.camera:HandCamera",
     }
 
 
@@ -40,7 +40,7 @@ def tactile_light_drivers() -> Mapping[str, str]:
     return {
         "serial_leds": "tactile_core.builtin.leds.serial_leds:SerialLeds",
         "usb_leds": "tactile_core.builtin.leds.usb_leds:UsbLeds",
-        "uvc_leds": "tactile_core.builtin.leds.uvc_leds:UvcLeds",
+        "uvc_leds": "tactile_core.builtin.leds.serial_leds:UvcLeds",
     }
 
 
@@ -48,10 +48,10 @@ def tactile_light_drivers() -> Mapping[str, str]:
 def tactile_calibrators() -> Mapping[str, str]:
     """Calibrators of the core."""
     return {
-        "automatic": "tactile_core.builtin.automatic_model:AutomaticCalibrator",
+        "automatic": "tactile_core.builtin.mlp:AutomaticCalibrator",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTableCalibrator",
         "mlp": "tactile_core.builtin.mlp:MlpCalibrator",
-        "polynomial": "tactile_core.builtin.polynomial:PolynomialCalibrator",
+        "polynomial": "tactile_core.builtin.lookup_table:PolynomialCalibrator",
     }
 
 
@@ -62,7 +62,7 @@ def tactile_artefacts() -> Mapping[str, str]:
         "linear_force": "tactile_core.builtin.linear_force_model:LinearForceModel",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
-        "polynomial": "tactile_core.builtin.polynomial:Polynomial",
+        "polynomial": "tactile_core.builtin.lookup_table:Polynomial",
         "slope_errors": "tactile_core.interfaces.slope_errors:SlopeErrors",
     }
 
@@ -71,22 +71,22 @@ def tactile_artefacts() -> Mapping[str, str]:
 def tactile_estimators() -> Mapping[str, str]:
     """Estimators of the core."""
     return {
-        "contact_loss": "tactile_core.builtin.contact_loss:LossOfContact",
+        "contact_loss": "tactile_core.builtin.imprint_motion:LossOfContact",
         "contact": "tactile_core.builtin.contact:Contact",
         "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
-        "displacement": "tactile_core.builtin.displacement:Displacement",
+        "displacement": "tactile_core.builtin.contact:Displacement",
         "force_cnn": "tactile_core.builtin.networks.force_cnn:ForceNetwork",
         "force_elastic": "tactile_core.builtin.force_elastic:ElasticForce",
         "force_linear": "tactile_core.builtin.force_linear:LinearForce",
-        "friction": "tactile_core.builtin.friction:FrictionEstimator",
+        "friction": "tactile_core.builtin.imprint_motion:FrictionEstimator",
         "imprint_motion": "tactile_core.builtin.imprint_motion:MotionOfImprint",
-        "load": "tactile_core.builtin.load:Load",
-        "markers": "tactile_core.builtin.markers:MarkerDetection",
-        "onnx": "tactile_core.builtin.networks.onnx:Onnx",
+        "load": "tactile_core.builtin.contact:Load",
+        "markers": "tactile_core.builtin.contact:MarkerDetection",
+        "onnx": "tactile_core.builtin.networks.network_step:Onnx",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
-        "robust_poisson": "tactile_core.builtin.robust_poisson:RobustPoisson",
-        "shear_release": "tactile_core.builtin.shear_release:ReleaseOfShear",
+        "robust_poisson": "tactile_core.builtin.poisson:RobustPoisson",
+        "shear_release": "tactile_core.builtin.imprint_motion:ReleaseOfShear",
         "slip": "tactile_core.builtin.slip:Slip",
         "slip_contact": "tactile_core.builtin.slip_contact:SlipContactFinder",
         "marker_tracking": "tactile_core.builtin.marker_tracking:MarkerTracking",
@@ -102,5 +102,5 @@ def tactile_sinks() -> Mapping[str, str]:
         "png": "tactile_core.builtin.result_files:Pictures",
         "ply": "tactile_core.builtin.result_files:Mesh",
         "rerun": "tactile_core.builtin.rerun_log:RerunLog",
-        "record": "tactile_core.builtin.record:Record",
+        "record": "tactile_core.builtin.result_files:Record",
     }

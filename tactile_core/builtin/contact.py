@@ -1,14 +1,32 @@
-"""``core.contact``: the contact mask from the height map."""
+"""Adapters: ``core.contact``, ``core.displacement``, ``core.load`` and ``core.markers``."""
 
 from __future__ import annotations
 
+from typing import ClassVar
+
+import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.displacement import MarkedSurface
+from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
+from tactile_core.algorithms.light_change import change_in_detail
+from tactile_core.conditioning.marker_mask import ONLY_DARK, MarkerFinder
+from tactile_core.errors import InputError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
-from tactile_core.quantities import ContactMask, HeightMap
-from tactile_core.quantities.on_demand import grid_of
+from tactile_core.quantities import (
+    Bool,
+    ContactMask,
+    DisplacementField,
+    Frame,
+    HeightMap,
+    MarkerDetections,
+    MarkerField,
+    Reference,
+    RelativeLoad,
+)
+from tactile_core.quantities.on_demand import grid_of, on_demand
 
 
 class Contact(Estimator):
@@ -50,3 +68,118 @@ class Contact(Estimator):
             **self._thresholds,
         )
         return ContactMask(mask, height.mm_per_px, height.timestamp_s)
+
+
+class Displacement(Estimator):
+    """Interpolate the displacements of markers to every pixel.
+
+    With a known contact area the field bends sharply at its border, as an elastic layer does.
+    Without it the bend is spread over the marker pitch. Unseen markers are ignored. The method is
+    :class:`tactile_core.algorithms.displacement.MarkedSurface`.
+    """
+
+    needs_markers: ClassVar[bool] = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._surface: MarkedSurface | None = None
+
+    def estimate(self, markers: MarkerField, contact: ContactMask | None) -> DisplacementField:
+        """Return the field; valid within a pitch of a marker that is seen."""
+        surface = self._surface_of(markers)
+        area = None if contact is None else contact.mask
+        field = surface.measured(markers.px, markers.seen, area)
+        return DisplacementField(
+            field.cells_mm,
+            surface.supported(markers.px, markers.seen),
+            markers.mm_per_px,
+            markers.timestamp_s,
+            on_demand(lambda: field.std_cells_mm),
+        )
+
+    def _surface_of(self, markers: MarkerField) -> MarkedSurface:
+        """The interpolation weights of these markers, cached because they are expensive."""
+        kept = self._surface
+        if kept is None or not np.array_equal(kept.reference_px, markers.reference_px):
+            image, gel = self.context.image, self.context.gel
+            kept = self._surface = MarkedSurface(
+                markers.reference_px,
+                (image.height_px, image.width_px),
+                mm_per_px=markers.mm_per_px,
+                thickness_mm=gel.thickness_mm or THICKNESS_MM,
+                poisson_ratio=POISSON_RATIO if gel.poisson_ratio is None else gel.poisson_ratio,
+            )
+        return kept
+
+
+class LOAD:
+    """Parameters of the load."""
+
+    # [share of the image's width] Thickness of a gel whose profile does not give it. Source: the
+    # gel of the hexagonal fingertip, 2 mm in a view of 17.67 mm.
+    thickness_share = 0.11
+
+
+class Load(Estimator):
+    """Measure how much the light of the gel surface changed from the reference.
+
+    It needs neither calibration nor markers, and works with any number of channels. The load grows
+    with normal force; how fast depends on the sensor and on the size and shape of the object.
+    """
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        image, thickness_mm = context.image, context.gel.thickness_mm
+        self._thickness_px = LOAD.thickness_share * image.width_px
+        if thickness_mm is not None:
+            self._thickness_px = thickness_mm / image.mm_per_px
+        self._zero = self._last = 0.0
+
+    def reset(self) -> None:
+        """Forget the tare."""
+        self._zero = self._last = 0.0
+
+    def tare(self, result: RelativeLoad) -> RelativeLoad:
+        """Subtract the present load from all later ones."""
+        self._zero = self._last
+        return RelativeLoad(0.0, result.timestamp_s)
+
+    def estimate(self, frame: Frame, reference: Reference) -> RelativeLoad:
+        """Return the load relative to the reference."""
+        hidden = _hidden(frame.marker_mask, reference.marker_mask)
+        self._last = change_in_detail(frame.pixels, reference.pixels, hidden, self._thickness_px)
+        return RelativeLoad(self._last - self._zero, frame.timestamp_s)
+
+
+def _hidden(now: Bool | None, before: Bool | None) -> Bool | None:
+    """Pixels that a marker covers in either image."""
+    if now is None or before is None:
+        return before if now is None else now
+    return now | before
+
+
+class MarkerDetection(Estimator):
+    """Detect round, square and triangular markers in a single frame.
+
+    The method is :func:`find_markers <tactile_core.algorithms.markers.find_markers>`. Detections
+    have no identity; the tracking step assigns it.
+    """
+
+    needs_markers: ClassVar[bool] = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        if context.gel.markers == "auto":
+            raise InputError(
+                f"'gel.markers: auto' finds no lattice of markers in the reference; give their "
+                f"{{pitch_mm: …, diameter_mm: …}}, or 'markers: null' if none are printed "
+                f"({ONLY_DARK})"
+            )
+        self._finder = MarkerFinder.of(context)
+
+    def estimate(self, frame: Frame) -> MarkerDetections:
+        """Return the centroids of all markers in view, or none if the gel has no markers."""
+        if self._finder is None:
+            nothing = np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
+            return MarkerDetections(*nothing, frame.timestamp_s)
+        return self._finder.detect(frame)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
-from tactile_core.algorithms.slip.plane import coarse, coarse_field, picked, stride_of
+from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW

@@ -11,8 +11,7 @@ from pydantic import BaseModel, Field, PositiveFloat
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.layer_fit import LayerFit
-from tactile_core.algorithms.elasticity.load_errors import load_variance
+from tactile_core.algorithms.elasticity.layer_fit import LayerFit, load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
 from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, TimeStep
 from tactile_core.errors import InputError

@@ -1,24 +1,34 @@
-"""Estimator ``core.imprint_motion``: motion of the object's imprint over the gel surface."""
+"""Cues of slip: the motion of the imprint, the loss of contact, the release of shear, friction."""
 
 from __future__ import annotations
 
 import math
+from math import hypot
 from typing import ClassVar
 
 import numpy as np
 from pydantic import BaseModel
 
+from tactile_core.algorithms.slip.contact_loss import ContactLossTracker, contact_strength
+from tactile_core.algorithms.slip.cues import FrictionRecord, friction_ratio, slip_margin
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
+from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
+from tactile_core.algorithms.slip.state import ShearPeak
 from tactile_core.algorithms.slip.surface_view import VIEW
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
+    ContactLoss,
     ContactShear,
     Frame,
+    Friction,
     ImprintMotion,
     MarkerField,
     Reference,
+    ShearRelease,
     SlipContact,
+    SlipState,
+    Wrench,
 )
 
 
@@ -101,3 +111,123 @@ def _motion(change: ImprintChange, time_s: float) -> ImprintMotion:
         change.strength,
         time_s,
     )
+
+
+class LossOfContact(Estimator):
+    """Follow the strength of a contact by the strain of a marker lattice and by the imprint.
+
+    Neither needs an image of the undeformed surface. The markers have to form a square lattice;
+    without one the loss is not measured.
+    """
+
+    stateful = True
+    needs_markers: ClassVar[bool] = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._tracker = ContactLossTracker()
+        self._lattice: MarkerLattice | None = None
+        self._lattice_of = np.empty((0, 2), np.float32)
+
+    def reset(self) -> None:
+        """Forget the contact."""
+        self._tracker.reset()
+        self._lattice = None
+
+    def estimate(self, markers: MarkerField, imprint: ImprintMotion | None) -> ContactLoss:
+        """Return the strength of the contact and how much of it is lost."""
+        time_s = markers.timestamp_s
+        strain = self._lattice_in(markers).strain(markers.px, markers.seen, time_s)
+        if strain is None or imprint is None or not imprint.tracked:
+            return ContactLoss(False, timestamp_s=time_s)
+        loss = self._tracker.update(contact_strength(strain, imprint.strength), time_s)
+        return ContactLoss(True, loss.strength, loss.settled, loss.lost, time_s)
+
+    def _lattice_in(self, markers: MarkerField) -> MarkerLattice:
+        """Return the lattice of these markers: most often that of the frame before."""
+        reference_px = markers.reference_px
+        if self._lattice is None or not (
+            self._lattice_of is reference_px or np.array_equal(self._lattice_of, reference_px)
+        ):
+            self._lattice = MarkerLattice(markers.px)
+        self._lattice_of = reference_px
+        return self._lattice
+
+
+class ReleaseOfShear(Estimator):
+    """Compare the shear of the markers with its largest recent value."""
+
+    stateful = True
+    needs_markers: ClassVar[bool] = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._peak = ShearPeak()
+
+    def reset(self) -> None:
+        """Forget all earlier shear."""
+        self._peak.reset()
+
+    def tare(self, result: ShearRelease) -> ShearRelease:
+        """Measure from the present frame on."""
+        self._peak.reset()
+        return ShearRelease(result.shear_mm, 0.0, result.timestamp_s)
+
+    def estimate(self, markers: MarkerField) -> ShearRelease:
+        """Return the shear and its release; no shear if no marker is seen."""
+        moved_px, count = markers.px - markers.reference_px, int(np.count_nonzero(markers.seen))
+        if count < len(moved_px):
+            moved_px = moved_px[markers.seen]
+        square = float(np.vdot(moved_px, moved_px)) * markers.mm_per_px**2
+        shear_mm = math.sqrt(square / count) if count else 0.0
+        released = self._peak.update(shear_mm, markers.timestamp_s)
+        return ShearRelease(shear_mm, released, markers.timestamp_s)
+
+
+class FRICTION:
+    """Parameters of the step. Nothing sets them from outside."""
+
+    # [count] Normal force in standard deviations below which a ratio says nothing. Source:
+    # definition: below that the ratio has no finite mean in practice.
+    least_deviations = 3.0
+    # [share] Standard deviation of a ratio, relative to its size. Source: virtual rigs: errors of
+    # shear and normal force (``experiments/elastic_force.py``).
+    ratio_error = 0.07
+
+
+class FrictionEstimator(Estimator):
+    """Measure the coefficient of friction while the contact slips, and the margin while it sticks.
+
+    Before the first slip of a contact its coefficient is ``gel.friction`` of the profile, or what
+    the contact has borne if that is larger.
+    """
+
+    stateful = True
+
+    def __init__(self, options: BaseModel, context: SensorContext) -> None:
+        super().__init__(options, context)
+        self._record = self._unknown
+
+    @property
+    def _unknown(self) -> FrictionRecord:
+        return FrictionRecord(self.context.gel.friction)
+
+    def reset(self) -> None:
+        """Forget the contact."""
+        self._record = self._unknown
+
+    def estimate(self, slip: SlipState, wrench: Wrench) -> Friction:
+        """Return the friction; nothing without contact or normal force."""
+        std_n = wrench.fz_std_n or 0.0
+        if slip.state == "none" or wrench.fz_n <= FRICTION.least_deviations * std_n:
+            self.reset()
+            return Friction(timestamp_s=wrench.timestamp_s)
+        ratio = friction_ratio(wrench.fx_n, wrench.fy_n, wrench.fz_n)
+        std = hypot(FRICTION.ratio_error * ratio, (wrench.fx_std_n or 0.0) / wrench.fz_n)
+        if slip.state == "slip" and slip.kind == "translation":
+            self._record = self._record.slipping(ratio, std)
+        elif slip.state in ("stick", "incipient"):
+            self._record = self._record.sticking(ratio, std)
+        coefficient = self._record.coefficient
+        margin = None if coefficient is None else slip_margin(ratio, coefficient)
+        return Friction(coefficient, self._record.std, margin, wrench.timestamp_s)

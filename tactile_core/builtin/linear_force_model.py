@@ -10,8 +10,8 @@ from typing import Annotated, Self
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp
-from tactile_core.algorithms.force_fit.force_errors import fitted_error
-from tactile_core.algorithms.force_fit.ridge import fitted_ridge
+from tactile_core.algorithms.force_fit.cell_axes import fitted_error
+from tactile_core.algorithms.force_fit.clock_offset import fitted_ridge
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.force_calibration import COMPONENTS, ForceModel, ForceSamples

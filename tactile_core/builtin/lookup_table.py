@@ -1,4 +1,4 @@
-"""``core.lookup_table``: lookup table from colour change to slope."""
+"""``core.lookup_table`` and ``core.polynomial``: models of colour and slope."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ from tactile_core.algorithms.colour_table import (
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
-from tactile_core.interfaces.slope_models.image_shape import shape_of
 from tactile_core.interfaces.slope_models.model_file import Arrays, table_arrays, table_from
-from tactile_core.interfaces.slope_models.options import SlopeOptions
-from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
-from tactile_core.interfaces.slope_models.slope_calibration import SlopeCalibration
-from tactile_core.interfaces.slope_models.slope_model import SlopeModel
-from tactile_core.interfaces.slope_models.tables import faithful
+from tactile_core.interfaces.slope_models.samples import (
+    SlopeOptions,
+    baked,
+    faithful,
+    samples_of,
+    scale_of,
+    shape_of,
+)
+from tactile_core.interfaces.slope_models.slope_model import SlopeCalibration, SlopeModel
 from tactile_core.quantities import Float32, Reference
 
 
@@ -171,3 +174,69 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     found[outside] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(places[outside])
     entries = refined(as_complex(found.astype(np.float32)), bins, LOOKUP.halvings)
     return ColourTable(axis, np.where(full, as_complex(mean.astype(np.float32)), entries))
+
+
+def fit_curve(
+    features: Float32,
+    normal_xy: Float32,
+    *,
+    order: int = 3,
+    ridge: float = 0.01,
+    variation: float = 0.0,
+) -> PolynomialFit:
+    """Fit normal_xy (N, 2) as a polynomial of features (N, K + 2), with its curvature penalised."""
+    return fit_polynomial(
+        features, normal_xy, order=order, ridge=ridge, curvature_only=True, variation=variation
+    )
+
+
+class PolynomialOptions(SlopeOptions):
+    """Options of ``core.polynomial``."""
+
+    order: int = Field(default=3, ge=1, le=4, description="Highest total degree.")
+    ridge: float = Field(default=0.01, gt=0, description="Penalty of curvature per sample.")
+    variation: float = Field(
+        default=0.3,
+        ge=0,
+        description="Penalty of the variation of the light with the position, per sample, divided "
+        "by the number of presses.",
+    )
+
+
+class Polynomial(SlopeCalibration):
+    """Calibration with a fitted polynomial."""
+
+    function = PolynomialFit
+
+
+class PolynomialCalibrator(Calibrator):
+    """Fits a polynomial whose curvature is penalised; the best choice with few presses.
+
+    Only what bends is shrunk: a penalty of the linear terms would flatten all slopes. So is what
+    varies with the position. The samples of a press share its light and the error of its circle,
+    so that this penalty decreases with the number of presses.
+    """
+
+    Options: ClassVar[type[BaseModel]] = PolynomialOptions
+    options: PolynomialOptions
+
+    def fit(self, presses: Sequence[Press], reference: Reference) -> Polynomial:
+        """Fit on presses of a known ball."""
+        blur_px = self.smoothing_px(scale_of(presses))
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
+        options = self.options
+        # within a single press the position and the slope are the same
+        variation = options.variation / len(presses) if len(presses) > 1 else 0.0
+        function = fit_curve(
+            features,
+            normal_xy,
+            order=options.order,
+            ridge=options.ridge,
+            variation=variation,
+        )
+        table = baked(function, features, presses, reference, blur_px)
+        return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
+
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Smoothing set by the options."""
+        return self.options.smoothing_px(mm_per_px)

@@ -9,8 +9,13 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.slip.contact_loss import CONTACT_LOSS
-from tactile_core.algorithms.slip.fusion import FUSION, degree_of, imprint_evidence
-from tactile_core.algorithms.slip.state import SlipMachine, Thresholds
+from tactile_core.algorithms.slip.state import (
+    FUSION,
+    SlipMachine,
+    Thresholds,
+    degree_of,
+    imprint_evidence,
+)
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (

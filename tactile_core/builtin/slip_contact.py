@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import repeated
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.plane import blocks, coarse_field, picked, stride_of
+from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, picked, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,

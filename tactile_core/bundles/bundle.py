@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from tactile_core.bundles.claims import reference_arrays, reference_of
 from tactile_core.bundles.manifest import (
     ERRORS,
     LIGHT,
@@ -19,13 +20,12 @@ from tactile_core.bundles.manifest import (
     read_manifest,
     write_manifest,
 )
-from tactile_core.bundles.references import reference_arrays, reference_of
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
+from tactile_core.formats.json import shown
 from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.formats.printable import shown
-from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.section import Artefact
 from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import registered_name, resolve

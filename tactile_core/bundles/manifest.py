@@ -1,4 +1,4 @@
-"""A bundle's ``manifest.json``: the unit that it belongs to, its score, and its list of files."""
+"""The manifest of a bundle: what it holds, and for which sensor it holds."""
 
 from __future__ import annotations
 
@@ -15,14 +15,45 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    FiniteFloat,
     PositiveInt,
     model_validator,
 )
 
-from tactile_core.bundles.light_range import LightRange
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
-from tactile_core.formats.printable import printable
+from tactile_core.formats.json import printable
+
+Pairs = tuple[tuple[FiniteFloat, FiniteFloat], ...]
+Size = Annotated[FiniteFloat, Field(ge=0)]
+
+
+class LightRange(BaseModel):
+    """What is normal for a unit: frames are compared with its reference within these limits.
+
+    K channels have K − 2 combinations that no tilt of the surface changes.
+
+    Attributes
+    ----------
+    response : (K, 2)
+        Change of the logarithm of each channel per slope along x and y.
+    drift : (K − 2, 2)
+        Mean linear change of these combinations against the reference, per half of the image along
+        x and y.
+    ramp, field : float
+        Largest root mean square of a linear change beyond the drift, and of one of third order.
+    agreement : float
+        Least share of the image whose change is explained by tilt and a change of third order.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+
+    response: Pairs
+    drift: Pairs
+    ramp: Size
+    field: Size
+    agreement: Size
+
 
 FORMAT = 5  # Version of the bundle format that is written and read
 

@@ -11,8 +11,7 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
-from tactile_core.pipeline.worker_process import WorkerProcess
-from tactile_core.pipeline.workers import Workers
+from tactile_core.pipeline.workers import WorkerProcess, Workers
 
 Done = Callable[[float], None]  # Called with the share of the tasks that is done
 

@@ -12,22 +12,22 @@ from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, names_of, now
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.crew import ALONE, Crew, Task
-from tactile_core.calibration.doubts import doubts
-from tactile_core.calibration.gel_shape import thickness_of
-from tactile_core.calibration.light_directions import channel_azimuths, misplaced_lights
-from tactile_core.calibration.light_range import light_range
-from tactile_core.calibration.plausibility import implausible
+from tactile_core.calibration.doubts import doubts, implausible
+from tactile_core.calibration.light_range import (
+    channel_azimuths,
+    light_range,
+    misplaced_lights,
+    thickness_of,
+)
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.scoring import CrossValidation
 from tactile_core.calibration.targets import CalibrationTarget
 from tactile_core.calibration.trials import Trials
-from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.sequence_check import is_sequential
+from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
-from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibrator import Calibrator
-from tactile_core.interfaces.progress import Progress
-from tactile_core.plugins.calibrators import fitted_by
+from tactile_core.interfaces.calibrator import Calibrator, Progress
+from tactile_core.interfaces.section import Artefact
+from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.bundles.bundle import check_serial
-from tactile_core.calibration.ball_sizes import check_ball
 from tactile_core.calibration.crew import Crew
 from tactile_core.calibration.fitted_bundle import conditioning_for, fitted_bundle
 from tactile_core.calibration.guided_session import GuidedSession
-from tactile_core.calibration.height_target import is_height_map
+from tactile_core.calibration.press_search import check_ball
 from tactile_core.calibration.result import Calibrated
+from tactile_core.calibration.target_surface import is_height_map
 from tactile_core.calibration.targets import (
     CalibrationTarget,
     balls,
@@ -22,10 +22,10 @@ from tactile_core.calibration.targets import (
     undeformed_sensor,
 )
 from tactile_core.errors import InputError
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.playback import played_back, read_frames
 from tactile_core.pipeline.recorded_sensor import recorded_session
-from tactile_core.plugins.calibrators import calibrator_of, smoothing_px_of
+from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

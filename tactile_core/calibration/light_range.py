@@ -1,17 +1,24 @@
-"""What is normal for the light of a unit, from the frames that it is calibrated with."""
+"""The light of the undeformed gel and of all presses, its directions, and the shape of the gel."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from tactile_core.acquisition.assembly import lights_of
 from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.bundles.light_range import LightRange, Pairs
+from tactile_core.bundles.manifest import LightRange, Pairs
+from tactile_core.calibration.presses import PRESS, FoundPress
 from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.conditioning.gel_check import GelCheck, ramp_size
-from tactile_core.quantities import Reference
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.pipeline.playback import make_lights
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Reference
 
 FIRST_ORDER = 0.4  # Largest logarithm of a change of intensity that counts as linear in the slope
 
@@ -60,3 +67,87 @@ def _response(surfaces: Sequence[TargetSurface], reference: Reference) -> Array:
 
 def _pairs(values: Array) -> Pairs:
     return tuple((round(float(x), 6), round(float(y), 6)) for x, y in values)
+
+
+class AZIMUTHS:
+    """Parameters of the check of light directions.
+
+    Nothing sets them from outside: it only warns.
+    """
+
+    # [degrees] A light whose learned azimuth differs from the profile's by more is reported.
+    # Source: by hand, no script derives it. See ADR 17.
+    tolerance_deg = 25.0
+
+
+def channel_azimuths(presses: Sequence[TargetSurface], reference: Reference) -> tuple[float, ...]:
+    """Estimate the azimuth of each channel's light, in degrees from x towards y.
+
+    To first order, a channel brightens where the surface normal turns towards its light. A surface
+    of slope g has the normal (−g, 1).
+
+    References
+    ----------
+    .. [1] R. J. Woodham, "Photometric method for determining surface orientation from multiple
+       images", Optical Engineering 19(1), 1980.
+    """
+    slopes, changes = zip(*(press.lighting(reference) for press in presses), strict=True)
+    response, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)
+    azimuths = np.degrees(np.arctan2(-response[1], -response[0]))
+    return tuple(round(float(a), 1) for a in azimuths)
+
+
+def misplaced_lights(
+    profile: Profile, channels: Sequence[str], learned_deg: Sequence[float]
+) -> tuple[str, ...]:
+    """Return warnings of lights whose learned direction differs from the profile's."""
+    expected = {light.name: light.azimuth_deg for light in lights_of(make_lights(profile))}
+    pairs = [(c, a) for c, a in zip(channels, learned_deg, strict=True) if c in expected]
+
+    def off_deg(name: str, azimuth_deg: float) -> float:
+        return abs((azimuth_deg - expected[name] + 180) % 360 - 180)
+
+    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTHS.tolerance_deg]
+    if not far:
+        return ()
+    nearest = []
+    for _, azimuth in pairs:
+        nearest.append(min((off_deg(name, azimuth), name) for name in expected)[1])
+    where = ", ".join(f"{name} from {a:.0f}° (profile {expected[name]:.0f}°)" for name, a in far)
+    if len(set(nearest)) == len(nearest) and nearest != [name for name, _ in pairs]:
+        return (
+            f"light directions differ from the profile: {where}; they match in the order "
+            f"{', '.join(nearest)}, so correct the profile or the order of the images",
+        )
+    return (f"light directions differ from the profile: {where}; correct 'azimuth_deg'",)
+
+
+def thickness_of(profile: Profile) -> float:
+    """Return the thickness of the gel in mm, the usual one if the profile gives none."""
+    return THICKNESS_MM if profile.gel.thickness_mm is None else profile.gel.thickness_mm
+
+
+def dome_radius_px(profile: Profile) -> float | None:
+    """Return the radius of an undeformed domed gel in px; None for a flat one."""
+    radius_mm = profile.gel.radius_mm
+    return None if radius_mm is None else radius_mm / profile.image.mm_per_px
+
+
+def undeformed_press(presses: Sequence[FoundPress], reference: Reference) -> Press:
+    """Sample undeformed pixels for a frame full of balls, in the usual ratio, of the reference."""
+    count = int(PRESS.undeformed_share * sum(len(press.training().rows) for press in presses))
+    return undeformed_sample(presses[0].frame, reference, count)
+
+
+def undeformed_sample(frame: Frame, reference: Reference, count: int) -> Press:
+    """Sample pixels all over the reference, with slope and height 0."""
+    height, width = reference.pixels.shape[:2]
+    rng = np.random.default_rng(0)
+    return Press(
+        frame=replace(frame, pixels=reference.pixels, marker_mask=reference.marker_mask),
+        rows=rng.integers(0, height, count).astype(np.int32),
+        columns=rng.integers(0, width, count).astype(np.int32),
+        gradients=np.zeros((count, 2), np.float32),
+        name="reference",
+        heights_mm=np.zeros(count, np.float32),
+    )

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.calibration.height_target import HeightTarget
+from tactile_core.calibration.target_surface import HeightTarget
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference

@@ -11,10 +11,10 @@ import numpy as np
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
 from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.calibration.held_out import Fold
+from tactile_core.calibration.light_range import undeformed_press
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress
-from tactile_core.calibration.undeformed import undeformed_press
+from tactile_core.calibration.result import Fold
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.quantities import Bool, Frame
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tactile_core.algorithms.background import smooth_background
-from tactile_core.calibration.held_out import Fold
+from tactile_core.algorithms.photometric import smooth_background
+from tactile_core.calibration.light_range import undeformed_sample
 from tactile_core.calibration.map_rows import MAP_ROWS, MapBlock
-from tactile_core.calibration.undeformed import undeformed_sample
+from tactile_core.calibration.result import Fold
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Frame

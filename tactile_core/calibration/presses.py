@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.circles import DIFFERS, Circle, Start
-from tactile_core.algorithms.contact_rim import rim_share
+from tactile_core.algorithms.contact import rim_share
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.sphere import fit_sphere
@@ -207,7 +207,7 @@ class FoundPress:
         """Pixels to fit on: reliable ones on the ball, and some undeformed ones far from it.
 
         Between the balls of a grid no pixel is reliably undeformed; see
-        :func:`~tactile_core.calibration.undeformed.undeformed_press`.
+        :func:`~tactile_core.calibration.light_range.undeformed_press`.
         """
         trusted = PRESS.trusted_grid_share if self.in_grid else PRESS.trusted_ball_share
         share = PRESS.trusted_height_share if self.for_heights else PRESS.trusted_contact_share

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from tactile_core.calibration.target_surface import MeasuredSphere, TargetSurface
-from tactile_core.views import html
-from tactile_core.views.drawing import Rgb
+from tactile_core.views.html import figure, heading, page, paragraph, table
+from tactile_core.views.shading import Rgb
 
 if TYPE_CHECKING:
     from tactile_core.bundles.manifest import Manifest
@@ -54,10 +54,10 @@ def write_report(
     good = [press for press in presses if press.used]
     parts = [] if score is None else _score_parts(score, coverage)
     if notes:
-        parts += [html.heading("Notes"), *map(html.paragraph, notes)]
+        parts += [heading("Notes"), *map(paragraph, notes)]
     parts += [
-        html.heading("Calibration"),
-        html.table(
+        heading("Calibration"),
+        table(
             ["item", "value"],
             [
                 ("model", manifest.model),
@@ -75,16 +75,16 @@ def write_report(
                 ),
             ],
         ),
-        html.heading("Coverage"),
-        html.figure(_coverage(good), "number of presses"),
-        html.heading("Calibration target, the doubtful ones first"),
+        heading("Coverage"),
+        figure(_coverage(good), "number of presses"),
+        heading("Calibration target, the doubtful ones first"),
         *_pictures(presses, {} if score is None else score.spheres),
     ]
     left_out = [(press.file, press.why) for press in presses if not press.used]
     if left_out:
-        parts += [html.heading("Presses not used"), html.table(["press", "reason"], left_out)]
+        parts += [heading("Presses not used"), table(["press", "reason"], left_out)]
     title = f"Calibration of {manifest.profile} {manifest.serial}".strip()
-    (folder / "report.html").write_text(html.page(title, parts), encoding="utf-8")
+    (folder / "report.html").write_text(page(title, parts), encoding="utf-8")
 
 
 def _score_parts(score: Score, coverage: Mapping[str, float]) -> list[str]:
@@ -93,14 +93,14 @@ def _score_parts(score: Score, coverage: Mapping[str, float]) -> list[str]:
     steep = pitch[0] > REPORT.steep_deg
     yaw = [np.degrees(np.arctan2(s[steep, 1], s[steep, 0])) for s in (true, measured)]
     return [
-        html.heading("Score on held-out presses"),
-        *map(html.paragraph, score.sentences(coverage)),
-        html.paragraph(f"height RMSE: {1e3 * score.height_rmse_mm:.0f} µm"),
-        html.figure(
+        heading("Score on held-out presses"),
+        *map(paragraph, score.sentences(coverage)),
+        paragraph(f"height RMSE: {1e3 * score.height_rmse_mm:.0f} µm"),
+        figure(
             scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
             "pitch in degrees: measured (vertical) against true (horizontal)",
         ),
-        html.figure(
+        figure(
             scatter(yaw[0], yaw[1], -180, 180),
             "yaw in degrees: measured (vertical) against true (horizontal)",
         ),
@@ -115,7 +115,7 @@ def _pictures(presses: Sequence[TargetSurface], spheres: Mapping[int, MeasuredSp
     ):
         by_frame.setdefault(id(presses[number].frame), []).append(number)
     return [
-        html.figure(
+        figure(
             _overlay([presses[i] for i in numbers]),
             _caption(presses[numbers[0]], spheres.get(numbers[0])),
             photo=True,

@@ -1,16 +1,26 @@
-"""The result of a calibration: the bundle, its score and the presses behind it."""
+"""The result of a calibration, and what it is made of."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, Self
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.filling import gradient
+from tactile_core.algorithms.poisson import integrate
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.press_search import light_of, refound, relocated
+from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
-from tactile_core.calibration.target_surface import TargetSurface
+from tactile_core.calibration.target_surface import S, TargetSurface
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.plugins.blame import measured_by
+from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 from tactile_core.recordings.inputs import Inputs
 
 
@@ -103,3 +113,115 @@ class Calibrated:
             "slope_deg_max": round(float(np.degrees(np.arctan(steepest))), 2),
             "image_fraction": round(float(seen.mean()), 4),
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Slopes and heights of a frame, (H, W) each: one measured, the other derived from it.
+
+    Attributes
+    ----------
+    gx, gy : (H, W) float32
+    mm_per_px : float
+    measured_mm : (H, W) float32 or None
+        The heights, if they are measured.
+    """
+
+    gx: Float32
+    gy: Float32
+    mm_per_px: float
+    measured_mm: Float32 | None = None
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the heights are derived from the slopes."""
+        return self.measured_mm is None
+
+    @cached_property
+    def height_mm(self) -> Float32:
+        """(H, W) heights; integrated only where something asks for them."""
+        if self.measured_mm is not None:
+            return self.measured_mm
+        return integrate(self.gx, self.gy, mm_per_px=self.mm_per_px)
+
+    @classmethod
+    def of(cls, measured: Gradients | HeightMap) -> Self:
+        """Take measured slopes, or differentiate heights."""
+        scale = measured.mm_per_px
+        if isinstance(measured, HeightMap):
+            return cls(*gradient(measured.mm, scale), scale, measured.mm)
+        return cls(measured.x, measured.y, scale)
+
+
+def measured_frames(
+    model: Calibration, surfaces: Iterable[S], undeformed: Reference
+) -> Iterator[tuple[S, Measured]]:
+    """Yield each surface with the measurement of its frame; a frame is measured once."""
+    by_frame: dict[int, Measured] = {}
+    for surface in surfaces:
+        key = id(surface.frame)
+        if key not in by_frame:
+            by_frame[key] = Measured.of(measured_by(model, surface.frame, undeformed))
+        yield surface, by_frame[key]
+
+
+@dataclass(frozen=True, eq=False)
+class Fold(Generic[S]):
+    """Surfaces to fit on, and a way to locate those that are held out.
+
+    Attributes
+    ----------
+    surfaces : sequence of TargetSurface
+        The training surfaces that are used.
+    reference : Reference
+        The undeformed sensor, derived without the held-out pixels.
+    find : callable
+        Maps the index of a held-out surface to that surface, located with a light model that was
+        fitted to the training surfaces alone.
+    undeformed : tuple of Press
+        Additional training samples of the undeformed gel surface.
+    """
+
+    surfaces: Sequence[S]
+    reference: Reference
+    find: Callable[[int], S]
+    undeformed: tuple[Press, ...] = ()
+
+    @property
+    def samples(self) -> list[Press]:
+        """All training samples."""
+        return [*(surface.training() for surface in self.surfaces), *self.undeformed]
+
+
+@dataclass(frozen=True, eq=False)
+class SeparatePresses:
+    """Presses of a ball, each in a frame of its own.
+
+    Attributes
+    ----------
+    presses : sequence of FoundPress
+    reference : Reference
+    labelled : bool
+        The circles come from labels and are not searched for.
+    """
+
+    presses: Sequence[FoundPress]
+    reference: Reference
+    labelled: bool = False
+
+    def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
+        """Search the circles of the other presses again, without the held-out ones.
+
+        Returns
+        -------
+        Fold, or None if no other press can be used
+        """
+        others = [press for i, press in enumerate(self.presses) if i not in held_out]
+        if self.labelled:
+            used = [press for press in others if press.used]
+            return Fold(used, self.reference, self.presses.__getitem__) if used else None
+        used = [press for press in refound(others) if press.used]
+        if not used:
+            return None
+        light = light_of(used)
+        return Fold(used, self.reference, lambda i: relocated(self.presses[i], light))

@@ -11,29 +11,26 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.algorithms.background import smooth_background
-from tactile_core.calibration.ball_sizes import (
+from tactile_core.algorithms.photometric import smooth_background
+from tactile_core.calibration.crew import ALONE, Crew
+from tactile_core.calibration.light_range import dome_radius_px, thickness_of, undeformed_press
+from tactile_core.calibration.map_rows import MapBlock, blocks
+from tactile_core.calibration.press_search import (
     TARGET,
     ball_diameters_mm,
     check_ball,
+    find_presses,
     size_words,
 )
-from tactile_core.calibration.crew import ALONE, Crew
-from tactile_core.calibration.gel_shape import dome_radius_px, thickness_of
-from tactile_core.calibration.height_target import HeightTarget, is_height_map
-from tactile_core.calibration.held_out import Fold, SeparatePresses
-from tactile_core.calibration.map_rows import MapBlock, blocks
-from tactile_core.calibration.press_search import find_presses
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
 from tactile_core.calibration.presses import FoundPress, used
-from tactile_core.calibration.target_surface import S
-from tactile_core.calibration.undeformed import undeformed_press
+from tactile_core.calibration.result import Fold, SeparatePresses
+from tactile_core.calibration.target_surface import HeightTarget, S, is_height_map
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibrator import Press
-from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.calibrator import Press, Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from tactile_core.calibration.held_out import Fold
+from tactile_core.calibration.result import Fold
 from tactile_core.calibration.target_surface import S
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press

@@ -81,8 +81,7 @@ def _run(words: list[str], debug: bool) -> int:
         import warnings
 
         from tactile_core.cli.app import app
-        from tactile_core.cli.output import flush_stdout
-        from tactile_core.cli.paths import refuse_impossible
+        from tactile_core.cli.output import flush_stdout, refuse_impossible
 
         if not (debug or sys.warnoptions):
             warnings.simplefilter("ignore")

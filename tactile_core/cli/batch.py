@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from tactile_core.cli.output import print_data, print_json, print_message
-from tactile_core.cli.progress import Bar
+from tactile_core.cli.output import Bar, print_data, print_json, print_message
 
 if TYPE_CHECKING:
     from tactile_core.pipeline.batch.recording_job import MeasuredRecording
@@ -24,7 +23,7 @@ def are_several(profile: str, inputs: Sequence[Path]) -> bool:
         return False
     from tactile_core.pipeline.playback import images_per_observation
     from tactile_core.profiles.loader import load_profile
-    from tactile_core.recordings.recording_list import is_folder_of_recordings
+    from tactile_core.recordings.recovery import is_folder_of_recordings
 
     count = images_per_observation(load_profile(profile))
     return is_folder_of_recordings(inputs[0], images_per_observation=count)
@@ -32,7 +31,7 @@ def are_several(profile: str, inputs: Sequence[Path]) -> bool:
 
 def unread_notes(recording: Path | None) -> Iterator[str]:
     """Yield a note if a folder of images contains recordings, which are not measured."""
-    from tactile_core.recordings.recording_list import unread_recordings
+    from tactile_core.recordings.recovery import unread_recordings
 
     unread = [] if recording is None else unread_recordings(recording)
     if unread:

@@ -45,7 +45,7 @@ def bench(
     The frames come from virtual sensors, calibrated on rendered presses. The time of a camera
     driver is not included. Takes under a minute unless you ask for several sizes.
     """
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.evaluation.timing import bench as measure_all
 
     sizes_px = [_size(words) for words in size or []]
@@ -92,7 +92,7 @@ def _size(words: str) -> tuple[int, int]:
 
 
 def _lines(result: Benches) -> list[str]:
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import table_lines
 
     about = result.machine
     versions = ", ".join(f"{name} {v}" for name, v in about["versions"].items() if v is not None)

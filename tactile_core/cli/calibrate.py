@@ -82,8 +82,8 @@ def calibrate(
     from tactile_core.calibration.crew import cores
     from tactile_core.calibration.fitting import calibrate as fit
     from tactile_core.calibration.fitting import inputs_of
-    from tactile_core.calibration.height_target import parse_rows
-    from tactile_core.cli.progress import Bar
+    from tactile_core.calibration.target_surface import parse_rows
+    from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile
 

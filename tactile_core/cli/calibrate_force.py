@@ -51,8 +51,7 @@ def calibrate_force(
     """
     from tactile_core.bundles.bundle import check_place, check_serial
     from tactile_core.calibration.force.fitting import calibrate_force as fit
-    from tactile_core.cli.progress import Bar
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import Bar, table_lines
     from tactile_core.pipeline.initial_reference import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs
 

@@ -47,8 +47,7 @@ def compare(
     The first row is the unchanged profile. Accuracy counts every pixel of every frame. Time is
     per frame on one core. Memory is the peak of a process that only measures the recording.
     """
-    from tactile_core.cli.progress import Bar
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import Bar, table_lines
     from tactile_core.evaluation.comparison import compare as measure_all
     from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
     from tactile_core.evaluation.comparison.variants import parse_swap

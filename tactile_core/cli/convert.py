@@ -45,7 +45,7 @@ def convert(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Write a recording in another kind, completely or not at all; the recording stays."""
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.pipeline.conversion import convert as convert_recording
 
     with Bar() as bar:

@@ -17,10 +17,10 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("tactile-demo"),
 ) -> None:
     """Calibrate every shipped sensor virtually, measure presses and write report.html."""
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.errors import ProfileError
-    from tactile_core.evaluation.demo_rigs import demonstrate_rigs
-    from tactile_core.evaluation.timing.machine import available_cores
+    from tactile_core.evaluation.demo import demonstrate_rigs
+    from tactile_core.evaluation.timing.results import available_cores
     from tactile_core.formats.files import write_atomically
     from tactile_core.profiles.loader import list_rigs, load_profile
     from tactile_core.recordings.output_folder import REPORT, OutputFolder

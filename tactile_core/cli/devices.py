@@ -9,7 +9,7 @@ import typer
 from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
-    from tactile_core.acquisition.device_list import DeviceList, ListedDevice
+    from tactile_core.acquisition.unit_devices import DeviceList, ListedDevice
 
 
 def devices(
@@ -27,8 +27,12 @@ def devices(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List the connected cameras and light boxes, with the sensor that each belongs to."""
-    from tactile_core.acquisition.device_list import list_devices
-    from tactile_core.acquisition.unit_devices import IN_WORDS, claim_device, forget_devices
+    from tactile_core.acquisition.unit_devices import (
+        IN_WORDS,
+        claim_device,
+        forget_devices,
+        list_devices,
+    )
     from tactile_core.errors import InputError
 
     if claim is not None and forget is not None:
@@ -89,7 +93,7 @@ def _claims(found: DeviceList) -> list[dict[str, Any]]:
 
 def _print_table(found: DeviceList) -> None:
     from tactile_core.acquisition.unit_devices import IN_WORDS
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import table_lines
 
     header = ["id", "port", "serial", "product", "at", "use", "unit", "in use by", "profiles"]
     rows = [

@@ -52,7 +52,7 @@ def evaluate(
     from rest by more than 99 % of the readings at rest do, for every step that gives a force.
     normals: errors of pitch and yaw, for each press and for all.
     """
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import table_lines
     from tactile_core.errors import InputError
 
     if figure == "normals":
@@ -82,7 +82,7 @@ def _floors(
     reference: str | None,
     serial: str | None,
 ) -> Evaluated:
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.evaluation.floor import floor_table, recorded_floors, virtual_floors
 
     with Bar() as progress:
@@ -117,7 +117,7 @@ def _normals(
     reference: str | None,
     out: Path | None,
 ) -> Evaluated:
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.evaluation.normals import evaluate_normals, normals_table
     from tactile_core.formats.files import write_atomically
     from tactile_core.recordings.inputs import PROFILE, Inputs

@@ -1,15 +1,46 @@
-"""Turns the exception that ended a command into one sentence and an exit code."""
+"""Explains failures in one sentence each."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
-from tactile_core.cli.guard import Carried
-from tactile_core.cli.output import StdoutClosed, flush_stdout, print_message
+import typer
+
+from tactile_core.cli.output import StdoutClosed, flush_stdout, only_data_on_stdout, print_message
 from tactile_core.cli.signals import Signalled
 from tactile_core.errors import TactileError, words_of
 from tactile_core.plugins.opencv import opencv_fault_behind
+
+
+class Carried(Exception):
+    """Wraps the exception of a command.
+
+    Typer treats EOFError as an interrupt, a broken pipe as a closed stdout and SystemExit as the
+    end of the command, but a plugin or a library can raise them for other reasons.
+    """
+
+    def __init__(self, error: BaseException) -> None:
+        super().__init__(str(type(error)))
+        self.error = error
+
+
+def guarded(command: Callable[..., None]) -> Callable[..., None]:
+    """Reserve stdout for a command's data and carry its exceptions past typer unchanged."""
+
+    @wraps(command)
+    def inside(*arguments: Any, **options: Any) -> None:
+        try:
+            with only_data_on_stdout():
+                command(*arguments, **options)
+        except typer.Exit:
+            raise
+        except BaseException as error:
+            raise Carried(error) from None
+
+    return inside
 
 
 def explain(caught: BaseException, debug: bool) -> int:

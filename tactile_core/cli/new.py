@@ -50,7 +50,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:
     """Write a commented minimal profile for your own sensor."""
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.scaffold import new_package, new_profile
     from tactile_core.scaffold.package import profile_path
     from tactile_core.scaffold.place import refuse_existing

@@ -1,4 +1,4 @@
-"""The output of a command: its data on stdout, everything else on stderr."""
+"""What a command prints: tables, progress, messages, paths."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any, TextIO
+from time import monotonic
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TextIO
 
-from tactile_core.formats.json import plain
-from tactile_core.formats.printable import printable
+from tactile_core.errors import InputError
+from tactile_core.formats.json import plain, printable
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
+
 
 # Streams for data inside only_data_on_stdout; the last one is in use.
 _data: list[TextIO | None] = []
@@ -144,3 +150,89 @@ def _apart(stdout: TextIO | None) -> TextIO | None:
     stderr = sys.stderr
     os.dup2(os.open(os.devnull, os.O_WRONLY) if stderr is None else stderr.fileno(), number)
     return stream
+
+
+def table_lines(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table: the first column left-aligned, the others right-aligned."""
+    lines = [list(header), *map(list, rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
+    return [
+        "  ".join(
+            f"{cell:<{width}}" if column == 0 else f"{cell:>{width}}"
+            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    ]
+
+
+PATIENCE_S = 1.0  # Time before the bar appears, s
+
+
+class Bar:
+    """A :class:`tactile_core.interfaces.calibrator.Progress` that draws on stderr."""
+
+    def __init__(self) -> None:
+        self._start = monotonic()
+        self._bar: RichProgress | None = None
+        self._words, self._share, self._done = "", 0.0, 0.0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def stage(self, words: str, share: float) -> None:
+        """Begin a stage that takes about this share, 0..1, of the whole work."""
+        self._done += self._share
+        self._words, self._share = words, share
+        self.fraction(0.0)
+
+    def fraction(self, done: float) -> None:
+        """Set the completed fraction of the current stage, 0..1."""
+        if self._bar is None and sys.stderr.isatty() and monotonic() - self._start > PATIENCE_S:
+            self._begin()
+        if self._bar is not None:
+            self._bar.update(
+                self._bar.task_ids[0],
+                description=self._words,
+                completed=self._done + done * self._share,
+            )
+
+    def _begin(self) -> None:
+        from rich.console import Console
+        from rich.progress import Progress as RichProgress
+
+        self._bar = RichProgress(console=Console(stderr=True), transient=True)
+        self._bar.add_task(self._words, total=1.0)
+        self._bar.start()
+
+
+LONGEST_NAME = 255  # Longest file name that file systems accept, bytes
+
+
+def refuse_impossible(words: Sequence[str]) -> None:
+    """Refuse empty words, which would mean the current folder, and overlong file names.
+
+    Raises
+    ------
+    InputError
+        A word is empty or too long; the message names the option in front of it.
+    """
+    for before, word in zip(("", *words), words, strict=False):
+        option, equals, value = word.partition("=") if word.startswith("--") else (before, "", word)
+        where = option if option.startswith("--") else "an argument"
+        if not value and (equals or not word):
+            raise InputError(f"{where} is empty; give a value, or leave it out")
+        longest = max(value.split("/"), key=len)
+        if len(os.fsencode(longest)) > LONGEST_NAME:
+            raise InputError(
+                f"{where}: the name {printable(longest[:40])}… is longer than the "
+                f"{LONGEST_NAME} bytes that a file's name can have; shorten it"
+            )

@@ -77,7 +77,7 @@ def validate(
 ) -> None:
     """Check profiles and report every mistake with its line."""
     from tactile_core.errors import TactileError
-    from tactile_core.pipeline.profile_steps import check_steps
+    from tactile_core.pipeline.parts import check_steps
     from tactile_core.profiles.loader import load_profile
 
     failed = False
@@ -96,6 +96,6 @@ def validate(
 
 def schema() -> None:
     """Print the JSON schema of profiles, for editors."""
-    from tactile_core.profiles.schema import profile_schema
+    from tactile_core.profiles.model import profile_schema
 
     print_json(profile_schema(), indent=2)

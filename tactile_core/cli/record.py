@@ -47,7 +47,7 @@ def record(
     """Record what the camera sends, exactly, with profile, bundle and reference inside."""
     from time import monotonic
 
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.cli.signals import interrupt_ends
     from tactile_core.errors import InputError
     from tactile_core.pipeline.opening import open_sensor

@@ -29,7 +29,7 @@ def simulate(
     Measure them with 'tactile run PROFILE --input OUT/frames --reference OUT/reference' and score
     the result with 'tactile compare … --truth OUT/truth'.
     """
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile
     from tactile_core.sim.script import Script

@@ -41,8 +41,7 @@ def train_force(
     Needs the extra train (PyTorch). A recording is scored on held-out sequences, virtual units on
     other units and objects.
     """
-    from tactile_core.cli.progress import Bar
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import Bar, table_lines
     from tactile_core.errors import InputError
     from tactile_core.evaluation.force_training.network_training import (
         Plan,

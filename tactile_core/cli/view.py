@@ -73,7 +73,7 @@ def view(
     """
     from platformdirs import user_data_path
 
-    from tactile_core.live.gate import own_token
+    from tactile_core.live.guiding import own_token
     from tactile_core.live.live_sensor import LiveSensor
     from tactile_core.live.opening import open_live, wanted_sensors
     from tactile_core.live.server import LivePage, require_websockets

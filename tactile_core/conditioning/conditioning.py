@@ -1,4 +1,4 @@
-"""Conditioning of each frame, once, before anything is measured or fitted."""
+"""Conditions frames: markers, drift of the lights, the order of images."""
 
 from __future__ import annotations
 
@@ -8,12 +8,96 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.algorithms.sequence import Pattern
-from tactile_core.conditioning.light_drift import DriftCompensator
+from tactile_core.algorithms.drift import ReferenceLevels, divided
+from tactile_core.algorithms.sequence import Pattern, SequenceFault, faults, pattern
 from tactile_core.conditioning.marker_mask import MarkerFinder
-from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
+from tactile_core.errors import SequenceError
 from tactile_core.interfaces.component import GelImage
 from tactile_core.quantities import Bool, Frame, Reference
+
+
+class COMPENSATION:
+    """Parameters of the compensation. Nothing sets them from outside: they save time alone."""
+
+    # [ratio] If no gain differs from 1 by more, the frame is not divided. Source: by hand, (ADR
+    # 10).
+    least_drift = 0.002
+
+
+class DriftCompensator:
+    """Scales frames to the illumination of one reference.
+
+    It keeps nothing from earlier frames, so a contact that is held for long is not absorbed; see
+    :class:`~tactile_core.algorithms.drift.ReferenceLevels`.
+
+    Parameters
+    ----------
+    reference : Reference
+    divides : bool
+        False only measures the change of the light, as ``Frame.light_ratio``.
+    """
+
+    def __init__(self, reference: Reference, *, divides: bool = True) -> None:
+        self._reference, self._divides = reference, divides
+        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
+
+    def compensated(self, frame: Frame) -> Frame:
+        """Return the frame as it would look under the illumination of the reference."""
+        reference = self._reference
+        if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
+            return frame
+        change = self._levels.change(frame.pixels, frame.marker_mask)
+        if change is None:
+            return frame
+        gains = change.gains
+        if not self._divides or np.abs(gains - 1).max() < COMPENSATION.least_drift:
+            return frame.beside(light_ratio=change.ratio)
+        pixels = divided(frame.pixels, gains, frame.full_scale)
+        return replace(frame, pixels=pixels, light_ratio=change.ratio)
+
+
+def is_sequential(frame: Frame) -> bool:
+    """Whether each channel of the frame is a separate exposure."""
+    return 1 < len(frame.exposure_times_s) == len(frame.channels)
+
+
+def pattern_of(observed: Frame | Reference) -> Pattern:
+    """Brightness patterns that distinguish the lights of an observation."""
+    return pattern(observed.pixels, observed.full_scale)
+
+
+def verify(observed: Frame | Reference, expected: Pattern | None, what: str) -> None:
+    """Check that each exposure of an observation shows its own light.
+
+    Parameters
+    ----------
+    observed : Frame or Reference
+        One exposure per channel.
+    expected : Pattern, optional
+        Pattern of the undeformed sensor. Without it only dark and repeated exposures are found.
+    what : str
+        Name of the observation in the message.
+
+    Raises
+    ------
+    SequenceError
+        An exposure is dark, or shows another light than its own.
+    """
+    found = faults(pattern_of(observed), expected)
+    if found:
+        messages = "; ".join(_message(fault, observed.channels) for fault in found)
+        raise SequenceError(
+            f"{what}: {messages}, so it is not measured; record it again with the lights in order"
+        )
+
+
+def _message(fault: SequenceFault, names: tuple[str, ...]) -> str:
+    name = names[fault.exposure]
+    if fault.shows is None:
+        return f"the exposure of light {name!r} is dark"
+    if fault.certain:
+        return f"the exposure of light {name!r} shows light {names[fault.shows]!r}"
+    return f"the exposures of lights {names[fault.shows]!r} and {name!r} show the same light"
 
 
 @dataclass(frozen=True, eq=False)

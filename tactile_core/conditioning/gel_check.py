@@ -16,9 +16,9 @@ from tactile_core.algorithms.appearance import (
 )
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.drift import DRIFT
-from tactile_core.bundles.light_range import LightRange
+from tactile_core.bundles.manifest import LightRange
 from tactile_core.quantities import Frame, Reference, ShownGel
-from tactile_core.quantities.shown_gel import Cause
+from tactile_core.quantities.observation import Cause
 
 MARGIN = 0.05  # Share of the cells by which a mistake must explain a frame better than none does
 

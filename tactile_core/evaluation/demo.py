@@ -1,9 +1,11 @@
-"""Demonstration without hardware or files: calibrate a virtual sensor, measure, report."""
+"""The demo: a virtual fingertip, calibrated and compared with its truth."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,18 +17,20 @@ from numpy.typing import NDArray
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
+from tactile_core.evaluation.own_resources import one_thread
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.constant_light import COLOUR
-from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.plugins.calibrators import calibrator_of, smoothing_px_of
+from tactile_core.pipeline.workers import WorkerProcess
+from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
-from tactile_core.quantities.layers import Outline, Surface
+from tactile_core.quantities.fields import Outline, Surface
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
-from tactile_core.views.arrows import arrows
 from tactile_core.views.maps import Overlay, deviation, relief
+from tactile_core.views.overlay import arrows
 
 
 class DEMO:
@@ -288,3 +292,62 @@ def _shown(frame: Frame) -> NDArray[np.uint8]:
     channels = np.arange(COLOUR) * (pixels.shape[2] // COLOUR)
     shown = pixels[..., channels].astype(np.float32) * (255 / frame.full_scale)
     return np.ascontiguousarray(shown.astype(np.uint8))
+
+
+def demonstrate_rigs(
+    profiles: Sequence[Profile], progress: Progress, *, processes: int
+) -> list[Demonstration]:
+    """Demonstrate rigs in several processes, each rig in one of them.
+
+    The results do not depend on the number of processes. An exception ends all of them.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile
+    progress : Progress
+    processes : int
+        1 stays in this process.
+
+    Returns
+    -------
+    list of Demonstration
+        In the order of the profiles.
+
+    Raises
+    ------
+    TactileError
+        Of the first rig that cannot be demonstrated.
+    """
+    shares = [profiles[first::processes] for first in range(min(processes, len(profiles)))]
+    found: list[list[Demonstration]] = [[] for _ in shares]
+    progress.stage(f"calibrating and measuring {len(profiles)} virtual sensors", 1.0)
+    done = 0
+    with ExitStack() as processes_left:
+        sources = [_stages(share, processes_left, alone=len(shares) == 1) for share in shares]
+        # shares take about equally long, so hardly any process waits until it is read
+        for answers in zip_longest(*sources):
+            for result, results in zip(answers, found, strict=True):
+                if result is not None:
+                    results.append(result)
+            done += len(answers)
+            progress.fraction(min(1.0, done / (STAGES * len(profiles))))
+    return [found[number % len(shares)][number // len(shares)] for number in range(len(profiles))]
+
+
+def _stages(
+    profiles: Sequence[Profile], processes: ExitStack, *, alone: bool
+) -> Generator[Demonstration | None, None, None]:
+    """Start a process, unless there is only one, and return what its stages yield."""
+    if alone:
+        return _demonstrations(profiles)
+    process = processes.enter_context(WorkerProcess(_demonstrations, profiles))
+    stages = STAGES * len(profiles)
+    for _ in range(stages - 1):
+        process.send(None)  # at once: the process does not wait for this one between stages
+    return (process.receive() for _ in range(stages))
+
+
+def _demonstrations(profiles: Sequence[Profile]) -> Generator[Demonstration | None, None, None]:
+    with one_thread():
+        for profile in profiles:
+            yield from demonstration(profile, Silent())

@@ -15,7 +15,7 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.report import REPORT, scatter
 from tactile_core.calibration.targets import balls, undeformed_sensor
 from tactile_core.errors import InputError
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile

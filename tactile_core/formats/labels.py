@@ -1,16 +1,21 @@
-"""Manually labelled circles: CSV with ``file,centre_x_px,centre_y_px,contact_radius_px``."""
+"""Tables of labels: presses, and forces with their times."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
-from tactile_core.formats.cells import finite_number, observation_name, read_table
-from tactile_core.formats.printable import printable
+from tactile_core.formats.json import printable, shown
+from tactile_core.formats.scan import finite_number, observation_name, read_table
 
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle
+
 
 _NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")  # Columns with numbers, px
 
@@ -87,3 +92,123 @@ def _check_circle(
             f"that this ball's circle can have; correct it, --ball-diameter-mm or the profile's "
             f"mm_per_px"
         )
+
+
+_COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")
+_GRAVITY_M_S2 = 9.80665  # Standard acceleration of gravity, m/s²
+
+Key = Literal["frame", "file", "time_s"]
+
+
+@dataclass(frozen=True, eq=False)
+class ForceTable:
+    """Measured forces, one row for each frame, file or time.
+
+    Attributes
+    ----------
+    path : Path
+    key : {"frame", "file", "time_s"}
+        What the rows are named by.
+    rows : tuple of str
+        The frame numbers or the files' names without their endings; empty for times.
+    times_s : (M,) float64
+        Increasing; empty unless the key is the time.
+    forces : (M, 4) float64
+        fx, fy, fz in N and tz in N·mm; NaN where a column is missing or a cell is empty.
+    sequences : tuple of str
+        The column ``sequence``, such as the name of a press, or "" for each row.
+    """
+
+    path: Path
+    key: Key
+    rows: tuple[str, ...]
+    times_s: Float64
+    forces: Float64
+    sequences: tuple[str, ...] = ()
+
+    def name_of(self, number: int, source: str) -> str:
+        """Return the name in :attr:`rows` of a frame with this sequence number and source."""
+        return str(number) if self.key == "frame" else observation_name(source)
+
+
+def read_forces(path: Path) -> ForceTable:
+    """Read measured forces.
+
+    Raises
+    ------
+    InputError
+        The file is missing, or a line is invalid; the message names the line.
+    """
+    path = Path(path)
+    header, lines = read_table(path)
+    if not lines:
+        raise InputError(f"{path} has no line with a force")
+    key: Key | None = next((k for k in ("frame", "file", "time_s") if k in header), None)
+    columns = [name for name in _COMPONENTS if name in header]
+    if key is None or not columns:
+        missing = "frame, file or time_s" if key is None else ", ".join(_COMPONENTS)
+        raise InputError(
+            f"{path}:1: no column {missing}; the first line must be "
+            f"frame,{','.join(_COMPONENTS)}, where some components may be missing"
+        )
+    forces = np.full((len(lines), 4), np.nan)
+    names: list[str] = []
+    for row, (where, cells) in enumerate(lines):
+        names.append(_name(cells[key], key, where))
+        for name in columns:
+            if cells[name]:
+                forces[row, _COMPONENTS.index(name)] = finite_number(cells[name], name, where)
+    if not np.isfinite(forces).any():
+        raise InputError(f"{path} has no line with a force")
+    return _table(path, key, names, forces, [cells.get("sequence", "") for _, cells in lines])
+
+
+def read_weights(path: Path) -> ForceTable:
+    """Read masses laid on the sensor, ``file,mass_g``, as normal forces.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_forces`.
+    """
+    path = Path(path)
+    header, lines = read_table(path)
+    if not lines:
+        raise InputError(f"{path} has no line with a force")
+    if not {"file", "mass_g"} <= set(header):
+        raise InputError(f"{path}:1: the first line must be file,mass_g")
+    names = [_name(cells["file"], "file", where) for where, cells in lines]
+    forces = np.full((len(lines), 4), np.nan)
+    masses_g = [finite_number(cells["mass_g"], "mass_g", where) for where, cells in lines]
+    if min(masses_g) < 0:
+        raise InputError(f"{path}: a mass is negative; give masses in grams")
+    forces[:, 2] = np.array(masses_g) * 1e-3 * _GRAVITY_M_S2
+    return _table(path, "file", names, forces, [""] * len(names))
+
+
+def _table(
+    path: Path, key: Key, names: list[str], forces: Float64, sequences: list[str]
+) -> ForceTable:
+    if key != "time_s":
+        repeated = next((name for name in names if names.count(name) > 1), None)
+        if repeated is not None:
+            raise InputError(f"{path}: {shown(repeated)} has several lines; keep one")
+        return ForceTable(path, key, tuple(names), np.zeros(0), forces, tuple(sequences))
+    times_s = np.array([float(name) for name in names])
+    if not (np.diff(times_s) > 0).all():
+        raise InputError(f"{path}: time_s must increase from line to line")
+    return ForceTable(path, key, (), times_s, forces, tuple(sequences))
+
+
+def _name(text: str, key: Key, where: str) -> str:
+    if key == "time_s":
+        return str(finite_number(text, key, where))
+    if key == "frame":
+        value = finite_number(text, key, where)
+        if value != int(value) or value < 0:
+            raise InputError(f"{where}: frame must be a number from 0 on, not {shown(text)}")
+        return str(int(value))
+    name = observation_name(text)
+    if not name:
+        raise InputError(f"{where}: 'file' is empty")
+    return name

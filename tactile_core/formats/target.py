@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 from tactile_core.formats.yaml import number, read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05  # Largest relative deviation of a scale from a binning factor

@@ -10,7 +10,7 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 
 # Largest file, bytes. It takes about 10 s to read; a scan with a thousand drawn circles has a tenth
 # of this size.

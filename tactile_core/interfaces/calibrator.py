@@ -1,11 +1,11 @@
-"""The calibrator interface: fits the light model of one physical unit."""
+"""The calibrator interface: fits a model to samples of colour and slope."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,3 +89,23 @@ class Calibrator(ABC):
         fine grooves are reconstructed too deep. The default, 0, is for a model without smoothing.
         """
         return 0.0
+
+
+class Progress(Protocol):
+    """Receives progress reports; the command line draws a bar."""
+
+    def stage(self, words: str, share: float) -> None:
+        """Start a stage that takes about this share of the whole."""
+
+    def fraction(self, done: float) -> None:
+        """Report the completed fraction of the current stage, 0..1."""
+
+
+class Silent:
+    """A :class:`Progress` that displays nothing."""
+
+    def stage(self, words: str, share: float) -> None:
+        """Do nothing."""
+
+    def fraction(self, done: float) -> None:
+        """Do nothing."""

@@ -1,4 +1,4 @@
-"""The camera interface: a source of timestamped exposures."""
+"""The camera interface: a source of images, and the controls that other devices may use."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from enum import Enum
 from threading import Lock
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self, runtime_checkable
 from weakref import WeakValueDictionary
 
 from pydantic import BaseModel
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.component import SensorBuild
     from tactile_core.interfaces.illumination import Exposure
     from tactile_core.interfaces.stream_statistics import StreamStatistics
+
 
 # What happens to an image that is unread when the next one arrives.
 Drop = Literal["oldest", "never"]
@@ -250,3 +251,21 @@ class Camera(Device):
                 f"the device {self.device_id!r} is already open in this process, by another "
                 f"{type(holder).__name__}; close that one first, or name another device"
             )
+
+
+@runtime_checkable
+class ControlledCamera(Protocol):
+    """A camera with controls, by name: ``zoom``, ``focus``, ``gain`` and so on."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the camera is open."""
+
+    def set_control(self, name: str, value: int) -> int:
+        """Set a control, and return its value as the camera reports it afterwards.
+
+        Raises
+        ------
+        DeviceError
+            The camera is closed or disconnected, or has no such control.
+        """

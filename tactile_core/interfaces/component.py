@@ -7,7 +7,7 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.optics import Optics

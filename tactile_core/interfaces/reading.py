@@ -120,7 +120,7 @@ class Reading:
 
     def _repr_html_(self) -> str:
         """Return a picture and a table of numbers, which notebooks show."""
-        from tactile_core.views.notebook import notebook_html
+        from tactile_core.views.html import notebook_html
 
         clean = [quantity.finite() for quantity in self.quantities.values()]
         layers = [layer for quantity in clean for layer in quantity.layers()]

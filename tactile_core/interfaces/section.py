@@ -1,12 +1,14 @@
-"""Base class of a profile's sections."""
+"""Sections of a bundle: what a calibration has fitted, and how it is stored."""
 
 from __future__ import annotations
 
-from typing import Any
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 
 MOST = 1e9  # Largest magnitude of any number in a profile, in any unit
 
@@ -40,3 +42,26 @@ def _largest(value: Any) -> float:
     if isinstance(value, int | float) and value - value == 0:
         return abs(value)
     return 0.0
+
+
+class Artefact(ABC):
+    """An immutable fitted value that belongs to one unit.
+
+    A bundle stores each artefact in its own folder under the class name that the hook
+    ``tactile_artefacts`` registers.
+    """
+
+    @abstractmethod
+    def save(self, directory: Path) -> None:
+        """Write the artefact's files into an existing, empty directory, without pickles."""
+
+    @classmethod
+    @abstractmethod
+    def load(cls, directory: Path) -> Self:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        CalibrationError
+            The files are missing, damaged or from a newer version.
+        """

@@ -14,8 +14,8 @@ from tactile_core.errors import InputError, TactileError, words_of
 from tactile_core.interfaces.component import Component
 from tactile_core.live.state import LiveState
 from tactile_core.pipeline.chain import declared_step
+from tactile_core.pipeline.parts import check_steps
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.profile_steps import check_steps
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.model import Profile

@@ -1,13 +1,77 @@
-"""What a page can ask for, checked before anything is done."""
+"""What a page may ask, and the messages for it."""
 
 from __future__ import annotations
 
+import json
+import struct
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from tactile_core.errors import InputError
-from tactile_core.live.parameters import PAGE
+
+_ALIGNED = 8  # Arrays begin at a multiple of this, as a browser's typed arrays need it
+
+
+class Parts:
+    """Collects what follows the header of a message."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def picture(self, encoded: bytes) -> dict[str, int]:
+        """Add an encoded picture; return where it is."""
+        at = self._size
+        padding = -len(encoded) % _ALIGNED
+        self._parts += [encoded, b"\0" * padding]
+        self._size += len(encoded) + padding
+        return {"at": at, "bytes": len(encoded)}
+
+    def array(self, values: NDArray[Any]) -> dict[str, Any]:
+        """Add an array of uint8, uint16, int16 or float32; return where and what it is."""
+        values = np.ascontiguousarray(values)
+        little = values.astype(values.dtype.newbyteorder("<"), copy=False)
+        place = self.picture(little.tobytes())
+        return {**place, "type": values.dtype.name, "shape": list(values.shape)}
+
+    def message(self, header: dict[str, Any]) -> bytes:
+        """Return the whole message: length of the header, header, and the parts."""
+        words = json.dumps(header, allow_nan=False, separators=(",", ":")).encode()
+        words += b" " * (-(4 + len(words)) % _ALIGNED)
+        return b"".join([struct.pack("<I", len(words)), words, *self._parts])
+
+
+class PAGE:
+    """Sizes, rates and limits of the live page."""
+
+    # [Hz] Largest number of pictures a second that a browser gets of one sensor. Source: motion
+    # looks smooth from about 25 a second; more would take time from measuring.
+    pictures_per_s = 30.0
+    # [px] Longest side of the camera's picture and of a map as they are sent; larger ones are
+    # reduced. Source: widths of a panel of the page on common screens.
+    picture_px = 960
+    map_px = 320
+    # [percent] Quality of the camera's picture. Source: by hand, : artefacts are invisible.
+    jpeg_quality = 80
+    arrows_across = 24  # [count] Arrows along the longer side of a field of vectors
+    # [s] Length of the plots. Source: by hand, : some grasps are on the screen together.
+    history_s = 30.0
+    health_s = 0.5  # [s] Time between two looks at the health
+    # [count] Observations that are averaged for a reference. Source: as in
+    # ``Sensor.capture_reference``.
+    reference_frames = 10
+    # [bytes] Longest message that a browser may send. Source: the longest command has about 1 kB.
+    message_bytes = 16384
+    # [count] Pages and sensors that are watched at the same time. Source: by hand, : four pages
+    # of four sensors.
+    browsers = 16
+    # [s] Time in which a new connection must send its request. Source: by hand, : a slow network
+    # needs less than one second.
+    handshake_s = 5.0
+
 
 Name = Annotated[str, Field(max_length=200)]
 

@@ -17,15 +17,15 @@ from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.live.alternative import Alternative
-from tactile_core.live.newest import Newest
+from tactile_core.live.commands import PAGE
 from tactile_core.live.numbers import entries_of
-from tactile_core.live.parameters import PAGE
-from tactile_core.live.playback import Playback
+from tactile_core.live.opening import Playback
+from tactile_core.live.pictures import Newest
 from tactile_core.live.state import LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
+from tactile_core.sim.camera import HandCamera
 from tactile_core.sim.hand import Hand
-from tactile_core.sim.hand_camera import HandCamera
 
 T = TypeVar("T")
 

@@ -13,8 +13,7 @@ from tactile_core.live.alternative import TRUTH, Comparison
 from tactile_core.live.commands import AnyCommand, Move, Shown, Want, read_command
 from tactile_core.live.desk import Desk
 from tactile_core.live.shown_state import View, encoded_state
-from tactile_core.live.state import LiveState
-from tactile_core.live.truth import true_quantities
+from tactile_core.live.state import LiveState, true_quantities
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection

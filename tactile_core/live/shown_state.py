@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.acquisition.clock import HOST
 from tactile_core.formats.json import plain
 from tactile_core.live.alternative import Comparison
-from tactile_core.live.message import Parts
+from tactile_core.live.commands import Parts
 from tactile_core.live.numbers import entries_of
 from tactile_core.live.pictures import (
     NamedLayer,
@@ -24,7 +24,7 @@ from tactile_core.live.pictures import (
 )
 from tactile_core.live.state import LiveState, Sample
 from tactile_core.quantities import Frame
-from tactile_core.quantities.layers import ScalarMap, Surface
+from tactile_core.quantities.fields import ScalarMap, Surface
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,22 @@
-"""What there is to show of a sensor after one observation."""
+"""The state of a sensor on the page."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from tactile_core.interfaces.reading import Reading
 from tactile_core.live.numbers import Entry
-from tactile_core.quantities import Frame
+from tactile_core.quantities import (
+    ContactMask,
+    DisplacementField,
+    Frame,
+    HeightMap,
+    Quantity,
+    Wrench,
+)
 from tactile_core.sim.truth import TrueState
 
 
@@ -57,3 +66,15 @@ class Sample:
     number: int
     taken_s: float
     values: dict[str, float]
+
+
+def true_quantities(truth: TrueState) -> tuple[Quantity, ...]:
+    """Return height, contact, displacement and force, as a perfect sensor would measure them."""
+    everywhere = np.ones(truth.height_mm.shape, np.bool_)
+    fx, fy, fz, tz = map(float, truth.wrench)
+    return (
+        HeightMap(truth.height_mm, everywhere, truth.mm_per_px, truth.time_s),
+        ContactMask(truth.contact, truth.mm_per_px, truth.time_s),
+        DisplacementField(truth.displacement_mm, everywhere, truth.mm_per_px, truth.time_s),
+        Wrench(fx, fy, fz, tz, timestamp_s=truth.time_s),
+    )

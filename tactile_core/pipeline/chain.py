@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args, get_origin, get_type_hints
 
-from tactile_core.algorithms.arrays.annotations import Parts, parts
+from tactile_core.algorithms.arrays.types import Parts, parts
 from tactile_core.errors import PluginError, ProfileError
-from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator
+from tactile_core.interfaces.section import Artefact
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.array_form import form_fault, writable_field

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from tactile_core.errors import InputError, PluginError
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
-from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.calibrator import Progress
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.sink import Sink
 from tactile_core.pipeline.opening import open_sensor

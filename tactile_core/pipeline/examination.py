@@ -10,9 +10,8 @@ from time import monotonic
 from typing import Any, Literal
 
 from tactile_core.acquisition.acquisition import CAMERA, DRIVER
-from tactile_core.acquisition.device_list import shared_hubs
-from tactile_core.acquisition.unit_devices import with_unit_devices
-from tactile_core.conditioning.sequence_check import is_sequential
+from tactile_core.acquisition.unit_devices import shared_hubs, with_unit_devices
+from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.errors import (
     BandwidthError,
     DeviceAbsent,
@@ -28,8 +27,8 @@ from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.health import Finding, Health
 from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.parts import check_steps
 from tactile_core.pipeline.playback import make_devices
-from tactile_core.pipeline.profile_steps import check_steps
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.opencv import opencv_fault

@@ -1,11 +1,16 @@
-"""Checks that a frame matches the profile and the bundle."""
+"""What is checked in every frame, and in a stream of them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
+from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.errors import CalibrationError, InputError
+from tactile_core.errors import CalibrationError, InputError, SequenceError
+from tactile_core.interfaces.reading import Reading
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels, Reference
 
@@ -84,3 +89,57 @@ def check_reference(given: object) -> None:
             f"frame = pipeline.frame(image): Reference(np.float32(frame.pixels), frame.channels, "
             f"frame.full_scale)"
         )
+
+
+class LIVE_CHECK:
+    """When dropping observations ends."""
+
+    # [count] Observations dropped in succession that are an error. Source: chance or a moving gel
+    # spoils one or two; five have a cause that remains.
+    in_succession = 5
+
+
+class LiveCheck:
+    """Acquires the observations of a live camera whose exposures show their own lights.
+
+    Parameters
+    ----------
+    acquisition : Acquisition
+        Waits longer after each change of light once an observation was dropped.
+    """
+
+    def __init__(self, acquisition: Acquisition) -> None:
+        self._acquisition = acquisition
+        self._dropped: list[str] = []
+
+    def observe(self, verify: Callable[[Frame], None], timeout_s: float) -> Frame | None:
+        """Return the next good observation; None if there are no more.
+
+        Raises
+        ------
+        SequenceError
+            Several observations in succession show the wrong light.
+        DeviceError
+            The camera or the lights failed.
+        """
+        for _ in range(LIVE_CHECK.in_succession):
+            frame = self._acquisition.observe(timeout_s)
+            if frame is None:
+                return None
+            try:
+                verify(frame)
+            except SequenceError as error:
+                last = error
+                self._dropped.append(f"{error}; it was dropped")
+                self._acquisition.widen_margin()
+            else:
+                return frame
+        raise SequenceError(
+            f"{last}; {LIVE_CHECK.in_succession} observations in succession were dropped: check "
+            f"the lights, and that 'lights' of the light driver names its outputs as they are wired"
+        ) from last
+
+    def noted(self, reading: Reading) -> Reading:
+        """Add a warning to a reading for each observation that was dropped since the last one."""
+        dropped, self._dropped = tuple(self._dropped), []
+        return replace(reading, warnings=(*reading.warnings, *dropped)) if dropped else reading

@@ -1,20 +1,163 @@
-"""Acquires a sensor's frames, from its devices or from a recording."""
+"""Where frames come from: devices that are opened, and opened again when they were lost."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
-from tactile_core.acquisition.acquisition import Acquisition, Settings
-from tactile_core.errors import InputError
+from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, Settings
+from tactile_core.acquisition.clock import HOST, Clock
+from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
+from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.live_check import LiveCheck
-from tactile_core.pipeline.open_devices import OpenDevices
+from tactile_core.pipeline.frame_check import LiveCheck
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_devices
-from tactile_core.pipeline.reconnection import LOST, Reconnection
 from tactile_core.pipeline.sensor_recordings import SensorRecordings
+from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Image
+
+
+class OpenDevices:
+    """The devices of a sensor, in the order in which they depend on each other.
+
+    Parameters
+    ----------
+    camera : Camera
+    driver : LightDriver or None
+    acquisition : Acquisition
+        Armed when both are open.
+    """
+
+    def __init__(
+        self, camera: Camera, driver: LightDriver | None, acquisition: Acquisition
+    ) -> None:
+        self._camera, self._driver, self._acquisition = camera, driver, acquisition
+
+    def open(self) -> None:
+        """Open the lights, then the camera; after an error, :meth:`close` them.
+
+        Raises
+        ------
+        DeviceError
+            One of them cannot be opened.
+        """
+        if self._driver is not None:
+            with blame(DRIVER, self._driver):
+                self._driver.attach(self._camera)
+                self._driver.open()
+        with blame(CAMERA, self._camera):
+            self._camera.open()
+        if self._driver is not None and self._driver.watchdog_s is None:
+            self._darken()  # a program that was killed may have left the lights on
+        self._acquisition.arm()
+
+    def close(self) -> None:
+        """Switch the lights off and close both, even if one of them fails."""
+        # not an ExitStack: it never returns if a device raises the same error object repeatedly
+        try:
+            self._darken()
+        finally:
+            try:
+                with blame(CAMERA, self._camera):
+                    self._camera.close()
+            finally:
+                if self._driver is not None:
+                    with blame(DRIVER, self._driver):
+                        self._driver.close()
+
+    def _darken(self) -> None:
+        # lights that are driven through the camera work only while the camera is open
+        if self._driver is not None and self._driver.is_open:
+            with blame(DRIVER, self._driver):
+                self._driver.set({})
+
+
+LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
+
+
+class RECONNECTION:
+    """How devices are opened again."""
+
+    # [s] Time between two attempts. Source: a small part of the second that a USB device takes to
+    # start after it is plugged in.
+    retry_s = 0.1
+
+
+class Reconnection:
+    """Closes and opens the devices until all are there, for a limited time.
+
+    Parameters
+    ----------
+    patience_s : float
+        Time from the loss to the last attempt; 0 for none. An attempt takes as long as opening.
+    open, close : callable
+        Open and close all devices; ``open`` leaves the work to ``close`` if it fails.
+    clock : Clock
+    """
+
+    def __init__(
+        self,
+        patience_s: float,
+        open: Callable[[], None],
+        close: Callable[[], None],
+        clock: Clock = HOST,
+    ) -> None:
+        if not patience_s >= 0:
+            raise InputError(f"reconnect_s is {patience_s:g}; give the seconds, 0 for never")
+        self._patience_s, self._clock = patience_s, clock
+        self._open, self._close = open, close
+        self._last_s = clock.now()
+        self._lost = ""
+        self._warning = ""
+
+    def after(self, error: DeviceError) -> None:
+        """Open the devices again.
+
+        Raises
+        ------
+        DeviceError
+            The given error: they cannot be opened in time, with the latest reason as a note.
+        """
+        if not self._patience_s:
+            raise error
+        until_s = self._clock.now() + self._patience_s
+        self._lost = "the light box" if isinstance(error, LightsLost) else "the camera"
+        while True:
+            self._close_all()
+            try:
+                self._open()
+            except TactileError as reason:
+                left_s = until_s - self._clock.now()
+                if left_s <= 0:
+                    error.add_note(f"not opened again within {self._patience_s:g} s: {reason}")
+                    raise error from reason
+                self._clock.sleep(min(RECONNECTION.retry_s, left_s))
+            else:
+                return
+
+    def saw(self, frame: Frame) -> None:
+        """Note a frame; the first one after a loss ends the gap."""
+        if self._lost:
+            self._warning = (
+                f"{self._lost} was lost, and there was no frame for "
+                f"{frame.timestamp_s - self._last_s:.1f} s; reference and tare are kept, but slip "
+                f"and whatever is measured from frame to frame have started again"
+            )
+            self._lost = ""
+        self._last_s = frame.timestamp_s
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return the warning for the first reading after a gap, once."""
+        warning, self._warning = self._warning, ""
+        return (warning,) if warning else ()
+
+    def _close_all(self) -> None:
+        with suppress(TactileError):  # what is gone may not close, and why it was lost is known
+            self._close()
 
 
 class FrameSource:

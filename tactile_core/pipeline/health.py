@@ -1,12 +1,20 @@
-"""The health of a sensor: what is measured of its camera, lights and markers, and advice."""
+"""The health of a sensor: findings, and what is said about gel and lights."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from statistics import median
 from typing import Any, Literal
 
+import numpy as np
+
+from tactile_core.algorithms.drift import DRIFT
 from tactile_core.formats.json import plain
+from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.section import Artefact
+from tactile_core.quantities import Frame, MarkerField, Quantity, Reference
 
 Verdict = Literal["ok", "warning", "unknown"]
 
@@ -106,3 +114,141 @@ class Health:
             for name, one in self.findings()
         }
         return {"verdict": self.verdict, **found}
+
+
+# Share of a frame's intensities: fewer saturated or dark ones are filled without a warning.
+_RELEVANT_SHARE = 0.01
+
+
+# Share of the reference's intensities: more dark ones are no corners but a wrong exposure.
+_DARK_REFERENCE_SHARE = 0.5
+
+
+def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, ...]:
+    """Return the warnings about saturated and dark intensities of a frame as acquired.
+
+    What is dark in the reference too, such as the corners of a lens, needs no longer exposure.
+    """
+    saturation = saturation_warning(frame)
+    warnings = [saturation] if saturation else []
+    always = 0.0 if reference is None else reference.too_dark_share
+    if frame.too_dark_share > min(always, _DARK_REFERENCE_SHARE) + _RELEVANT_SHARE:
+        warnings.append(
+            f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
+            f"the lights"
+        )
+    return tuple(warnings)
+
+
+def saturation_warning(frame: Frame) -> str:
+    """Return the warning about saturated intensities; empty if there are few."""
+    if frame.saturated_share <= _RELEVANT_SHARE:
+        return ""
+    return f"{frame.saturated_share:.0%} of the frame is saturated; shorten the exposure"
+
+
+def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> list[str]:
+    """Return the notes about steps that are left out, with what makes them run.
+
+    Parameters
+    ----------
+    left_out : mapping of step name to type
+        The steps that cannot run, each with the missing input that causes it.
+    bundled : bool
+        Whether the pipeline has a bundle.
+    """
+    unreferenced = [name for name, kind in left_out.items() if kind is Reference]
+    unfitted = [name for name, kind in left_out.items() if issubclass(kind, Artefact)]
+    others = [name for name in left_out if name not in (*unreferenced, *unfitted)]
+    no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
+    no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
+    no_force = "no force model in a bundle", "fit one with 'tactile calibrate-force'"
+    reasons = [
+        (unreferenced, no_reference),
+        (unfitted, no_force),
+        (others, no_reference if bundled else no_bundle),
+    ]
+    return [
+        f"{why}, so these steps are left out: {', '.join(steps)}; {remedy}"
+        for steps, (why, remedy) in reasons
+        if steps
+    ]
+
+
+def not_given(step: str, kind: type[Quantity]) -> str:
+    """Return the warning about a step without its external input."""
+    return (
+        f"step {step!r} needs {kind.__name__}, which was not given with this frame; the step is "
+        f"left out"
+    )
+
+
+def without_slopes(step: str) -> str:
+    """Return the warning about a step that integrates slopes where heights come directly."""
+    return (
+        f"step {step!r} needs Gradients, but this calibration provides a HeightMap directly; the "
+        f"step is left out"
+    )
+
+
+class GEL_HEALTH:
+    """Limits of what counts as a healthy gel."""
+
+    readings = 30  # [count] Readings of which a median is taken. Source: one second at 30 Hz.
+    # [share of the markers] Least share that is seen. Source: a contact over a tenth of the view
+    # hides at most as many; twice that is unusual.
+    seen = 0.8
+
+
+class GelHealth:
+    """Collects what readings show."""
+
+    def __init__(self) -> None:
+        self._seen: deque[int] = deque(maxlen=GEL_HEALTH.readings)
+        self._expected = 0
+        self._ratios: Mapping[str, float] = {}
+        self._frame: Frame | None = None
+
+    def add(self, reading: Reading) -> None:
+        """Add a reading."""
+        frame = self._frame = reading.frame
+        markers = reading.get(MarkerField)
+        if markers is not None:
+            self._seen.append(int(np.count_nonzero(markers.seen)))
+            self._expected = len(markers.ids)
+        if frame.light_ratio is not None:
+            self._ratios = dict(zip(frame.channels, frame.light_ratio.tolist(), strict=False))
+
+    def lights(self) -> Mapping[str, Finding]:
+        """Brightness of each channel over that in the reference."""
+        return {name: _light(name, ratio) for name, ratio in self._ratios.items()}
+
+    def saturated(self) -> Finding:
+        """Share of saturated intensities in the latest frame."""
+        if self._frame is None:
+            return Finding.unknown("there is no reading yet")
+        return Finding.judged(self._frame.saturated_share, 0, "", saturation_warning(self._frame))
+
+    def markers(self) -> Finding:
+        """Markers that are seen, as a median."""
+        if not self._seen:
+            return Finding.unknown("no step tracks markers")
+        seen, expected = round(median(self._seen)), self._expected
+        problem = ""
+        if seen < GEL_HEALTH.seen * expected:
+            problem = (
+                f"{seen} of {expected} markers are seen; clean the gel, check focus and lights, or "
+                f"record a new reference"
+            )
+        return Finding.judged(seen, expected, "", problem)
+
+
+def _light(name: str, ratio: float) -> Finding:
+    problem = ""
+    if abs(np.log(ratio)) > DRIFT.largest_log_gain:
+        change = f"{abs(ratio - 1):.0%} {'brighter' if ratio > 1 else 'dimmer'}"
+        problem = (
+            f"the light in channel {name!r} is {change} than in the reference, too much to be "
+            f"compensated; check its LEDs, its supply and the exposure, or record a new reference"
+        )
+    return Finding.judged(ratio, 1, "", problem)

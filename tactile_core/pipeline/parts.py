@@ -1,7 +1,8 @@
-"""The parts of a pipeline, as a profile, a bundle and a reference determine them."""
+"""The parts of a pipeline: the steps of a profile, made and checked."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,14 +14,14 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.pipeline.chain import Chain
+from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.pipeline.chain import Chain, without_markers
 from tactile_core.pipeline.frame_check import check_pixels
-from tactile_core.pipeline.notes import left_out_notes
+from tactile_core.pipeline.health import left_out_notes
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.profile_steps import chain_of, made_steps
-from tactile_core.plugins.calibrators import calibrator_of, uncalibrated_by
-from tactile_core.plugins.returned import measured_by, reference_gradients
+from tactile_core.plugins.blame import blame, measured_by, reference_gradients
+from tactile_core.plugins.options import calibrator_of, options_of, uncalibrated_by
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     Float32,
@@ -32,6 +33,39 @@ from tactile_core.quantities import (
     Reference,
     ReferenceGradients,
 )
+
+# Quantities that can come with a calibrated unit's frame; some calibrations return height.
+_EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
+
+
+def check_steps(profile: Profile) -> None:
+    """Check that the steps of a profile form a chain, and that the profile gives what they need.
+
+    Raises
+    ------
+    PluginError, ProfileError, InputError
+        As for a :class:`Pipeline` of this profile.
+    """
+    context = SensorContext(profile.image, profile.gel)
+    chain_of(profile, made_steps(profile, context))
+
+
+def made_steps(profile: Profile, context: SensorContext) -> dict[str, Estimator]:
+    """Return the estimators of a profile by their names."""
+    steps = {}
+    for name, component in profile.estimators.items():
+        kind = resolve("estimator", component.use)
+        with blame(f"step {name!r}", kind):
+            steps[name] = kind(options_of(kind, component), context)
+    return steps
+
+
+def chain_of(profile: Profile, steps: Mapping[str, Estimator]) -> tuple[Chain, list[str]]:
+    """Return the chain, and the names of the steps left out because the gel has no markers."""
+    markless = without_markers(steps) if profile.gel.markers is None else []
+    chain = Chain({name: step for name, step in steps.items() if name not in markless})
+    chain.check(_EVER_GIVEN)
+    return chain, markless
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,14 @@ import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.conditioning.gel_check import GelCheck
-from tactile_core.conditioning.sequence_check import is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.frame_check import check_order, check_pixels, check_reference
+from tactile_core.pipeline.health import exposure_warnings, not_given, without_slopes
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
-from tactile_core.pipeline.notes import exposure_warnings, not_given, without_slopes
 from tactile_core.pipeline.parts import PipelineParts
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.pipeline.shared_frames import shared_out

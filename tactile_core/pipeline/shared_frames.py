@@ -12,8 +12,7 @@ from typing import Protocol
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.worker_process import WorkerProcess
-from tactile_core.pipeline.workers import Workers
+from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.quantities import Frame
 
 _WAITING_EACH = 2  # Frames queued per worker: enough that none is idle, few enough to save memory

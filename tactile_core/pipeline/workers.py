@@ -1,15 +1,190 @@
-"""A few worker processes that share independent tasks."""
+"""Work in other processes: a pool, and a process that answers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, suppress
 from functools import partial
+from pathlib import Path
 from queue import SimpleQueue
+from traceback import format_exception
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.errors import words_of
+from tactile_core.pipeline.one_thread import ONE_THREAD
+
+_PATIENCE_S = 5.0  # Time in which a process that is no longer needed should release its resources
+
+
+class WorkerProcess:
+    """A generator that runs in a new interpreter with one thread.
+
+    Unlike a process of :mod:`multiprocessing` it does not import the caller's script again, it ends
+    with this process, however that ends, and what it prints goes to the standard error stream. The
+    terminal's interrupt reaches only this process.
+
+    Parameters
+    ----------
+    function : callable
+        A generator function of a module. :meth:`receive` returns the values that it yields;
+        :meth:`send` sets the value of its ``yield`` expression.
+    *arguments
+        Arguments of the function; they are pickled.
+
+    Raises
+    ------
+    OSError
+        The system starts no further process.
+    """
+
+    def __init__(self, function: Callable[..., Generator[Any, Any, None]], *arguments: Any) -> None:
+        environment = os.environ | ONE_THREAD
+        environment.setdefault("PYTHONWARNINGS", "ignore")
+        environment["PYTHONPATH"] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
+        begin = pickle.dumps((function, arguments), pickle.HIGHEST_PROTOCOL)
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import serve; serve()"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment,
+            process_group=0 if os.name == "posix" else None,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._of = self._process.stdin, self._process.stdout
+        self._unanswered = 0
+        self._write(begin)
+
+    def send(self, message: Any) -> None:
+        """Send a message, without waiting for its answer."""
+        self._write(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+
+    def receive(self) -> Any:
+        """Wait for the next value that the generator yields.
+
+        Raises
+        ------
+        Exception
+            The generator's exception, raised again here.
+        ChildProcessError
+            The process has ended, for instance because it ran out of memory.
+        """
+        try:
+            answer = pickle.load(self._of)
+        except (EOFError, pickle.UnpicklingError):
+            raise ChildProcessError(
+                f"a worker process ended unexpectedly (exit code {self._process.wait()}), perhaps "
+                f"because memory ran out; see its output above"
+            ) from None
+        self._unanswered -= 1
+        if isinstance(answer, _Failure):
+            raise answer.error from RuntimeError(f"in a worker process:\n{answer.traceback}")
+        return answer
+
+    def ask(self, message: Any) -> Any:
+        """Send a message, and wait for its answer as :meth:`receive` does."""
+        self.send(message)
+        return self.receive()
+
+    def end(self) -> None:
+        """End the process. One that is at work is interrupted, and may release its resources."""
+        if self._unanswered:
+            self._process.terminate()
+        else:
+            self._closed(self._to)
+        try:
+            self._process.wait(_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        # only now: a thread may have waited for an answer
+        self._closed(self._to)
+        self._closed(self._of)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    def _write(self, pickled: bytes) -> None:
+        self._unanswered += 1
+        # receive() reports a process that has ended
+        with suppress(BrokenPipeError):
+            self._to.write(pickled)
+            self._to.flush()
+
+    @staticmethod
+    def _closed(pipe: Any) -> None:
+        with suppress(OSError):  # what could not be written is not needed
+            pipe.close()
+
+
+class _Failure(NamedTuple):
+    """The exception that ended a generator, and where it came from."""
+
+    error: Exception
+    traceback: str
+
+
+def serve() -> None:
+    """Run one generator for the process at the other end of stdin and stdout."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # releases what the generator holds
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # a plugin's print must not mix with the answers
+    with suppress(BrokenPipeError), closing(_answered()) as answered:  # the other one has ended
+        for answer in answered:
+            answers.write(answer)
+            answers.flush()
+
+
+def _answered() -> Generator[bytes, None, None]:
+    """Values that the generator yields, one per message, and finally its exception, if any."""
+    messages = _messages()
+    try:
+        function, arguments = next(messages)
+        with closing(function(*arguments)) as generator:
+            yield _pickled(next(generator))
+            for message in messages:
+                yield _pickled(generator.send(message))
+    except StopIteration:
+        return
+    except Exception as error:
+        yield _failed(error)
+    except SystemExit as error:
+        yield _failed(ChildProcessError(f"a worker process was ended ({words_of(error)})"))
+
+
+def _failed(error: Exception) -> bytes:
+    traceback = "".join(format_exception(error))
+    try:
+        return _pickled(_Failure(error, traceback))
+    except Exception:  # of a class that cannot be pickled
+        return _pickled(_Failure(RuntimeError(words_of(error)), traceback))
+
+
+def _pickled(value: Any) -> bytes:
+    return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+
+
+def _messages() -> Iterator[Any]:
+    with suppress(EOFError):  # the other process has ended
+        while True:
+            yield pickle.load(sys.stdin.buffer)
+
 
 T = TypeVar("T")
 

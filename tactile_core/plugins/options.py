@@ -1,14 +1,21 @@
-"""Makes a component's options from a profile."""
+"""Options of components, as profiles give them, and the choice of a calibrator."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from tactile_core.errors import ProfileError
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.component import Component
-from tactile_core.plugins.blame import blame
+from tactile_core.interfaces.illumination import Light
+from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.registry import resolve
+from tactile_core.quantities import Reference
 
 
 def options_of(cls: Any, component: Component) -> BaseModel:
@@ -29,3 +36,65 @@ def options_of(cls: Any, component: Component) -> BaseModel:
             where = ".".join(str(part) for part in first["loc"])
             raise ProfileError(f"{component.use}: {where}: {first['msg']}") from error
     return options
+
+
+_PART = "the calibration"
+
+
+def calibrator_of(component: Component, instead: str | None = None) -> Calibrator:
+    """Make the calibrator that a profile names, or another one with default options.
+
+    Parameters
+    ----------
+    component : Component
+        From the profile.
+    instead : str, optional
+        ``plugin.name`` of another calibrator.
+
+    Raises
+    ------
+    PluginError, ProfileError
+        The calibrator does not exist or rejects the options.
+    """
+    cls = resolve("calibrator", component.use if instead is None else instead)
+    options = options_of(cls, component if instead is None else Component(use=instead))
+    with blame(_PART, cls):
+        return cls(options)
+
+
+def fitted_by(
+    calibrator: Calibrator, presses: Sequence[Press], reference: Reference
+) -> Calibration:
+    """Fit a calibration and check its type."""
+    with blame(_PART, calibrator):
+        fitted = calibrator.fit(presses, reference)
+    if not isinstance(fitted, Calibration):
+        raise fault(_PART, calibrator, f"fitted {type(fitted).__name__}, not a Calibration")
+    if fitted.compensation != calibrator.compensation:
+        raise fault(
+            _PART,
+            calibrator,
+            f"is fitted with compensation {calibrator.compensation!r}, but its model "
+            f"{type(fitted).__name__} measures with {fitted.compensation!r}",
+        )
+    return fitted
+
+
+def uncalibrated_by(calibrator: Calibrator, lights: Sequence[Light]) -> Calibration | None:
+    """Return the model that needs no bundle, if any, and check its type."""
+    with blame(_PART, calibrator):
+        given = calibrator.from_lights(lights)
+    if not isinstance(given, Calibration | None):
+        raise fault(
+            _PART, calibrator, f"made {type(given).__name__} from lights, not a Calibration"
+        )
+    return given
+
+
+def smoothing_px_of(calibrator: Calibrator, mm_per_px: float) -> float:
+    """Return the smoothing of the calibrator's models, px, and check that it is a number."""
+    with blame(_PART, calibrator):
+        smoothing_px = float(calibrator.smoothing_px(mm_per_px))
+    if not (math.isfinite(smoothing_px) and smoothing_px >= 0):
+        raise fault(_PART, calibrator, f"smooths images by {smoothing_px} px")
+    return smoothing_px

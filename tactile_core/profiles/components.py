@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from tactile_core.algorithms.arrays.annotations import parts
+from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expanded
 from tactile_core.plugins.blame import blame
-from tactile_core.profiles.nodes import Keys, Node, problem_at
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
+from tactile_core.profiles.yaml_tree import Keys, Node, problem_at
 
 if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind

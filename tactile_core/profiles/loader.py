@@ -18,10 +18,9 @@ from tactile_core.profiles.names import ProfileEntry as ProfileEntry
 from tactile_core.profiles.names import find_extended, find_profile
 from tactile_core.profiles.names import list_profiles as list_profiles
 from tactile_core.profiles.names import list_rigs as list_rigs
-from tactile_core.profiles.nodes import Node
 from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source
-from tactile_core.profiles.yaml_tree import refusal
+from tactile_core.profiles.yaml_tree import Node, refusal
 
 # Position reported for overrides; their paths are relative to the working directory.
 _OVERRIDES = Place(Path("overrides"))

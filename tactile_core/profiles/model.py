@@ -1,8 +1,4 @@
-"""Data model of a profile, which describes one sensor build.
-
-Stage one of validation: these models need no plugin. In stage two each component checks its own
-options.
-"""
+"""The profile's model: the sections of its YAML file, and their JSON schema."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 from tactile_core.interfaces.component import Component, Lighting
 from tactile_core.interfaces.gel import Gel, markers_misfit
 from tactile_core.interfaces.image import ImageSection
@@ -93,3 +89,51 @@ class Profile(Section):
             **steps,
             **sinks,
         }
+
+
+_EXTENDS = {
+    "type": ["string", "null"],
+    "description": "Name of a profile, or a path relative to this file, whose keys are inherited.",
+}
+
+
+def profile_schema() -> dict[str, Any]:
+    """Return the JSON schema (draft 2020-12) of a profile's file.
+
+    ``null`` resets any key to its default, so it is allowed everywhere. A revision may omit what
+    it inherits, so keys are required only if ``extends`` is absent. The schema does not restrict
+    a component's own options.
+    """
+    schema = Profile.model_json_schema(by_alias=True)
+    sections: dict[str, Any] = schema.pop("$defs")
+    required = {"": schema.pop("required")}
+    required |= {name: one.pop("required", []) for name, one in sections.items()}
+    for section in (schema, *sections.values()):
+        section["properties"] = {k: _or_null(v) for k, v in section["properties"].items()}
+    properties = schema["properties"]
+    overlaid = [key for key in properties if key not in ("schema", "name", "sim")]
+    properties["sim"]["anyOf"][0].update(
+        properties={key: {"$ref": f"#/properties/{key}"} for key in overlaid},
+        additionalProperties=False,
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "Profile of a tactile sensor",
+        "properties": {"extends": _EXTENDS, **properties},
+        "if": {"not": {"required": ["extends"]}},
+        "then": {
+            "required": required[""],
+            "properties": {"image": {"required": required["ImageSection"]}},
+        },
+        "$defs": sections,
+    }
+
+
+def _or_null(value: dict[str, Any]) -> dict[str, Any]:
+    kept: dict[str, Any] = {key: value[key] for key in ("description", "default") if key in value}
+    rest = {k: v for k, v in value.items() if k not in (*kept, "title")}
+    alternatives = rest.get("anyOf", [rest])
+    if {"type": "null"} not in alternatives:
+        alternatives = [*alternatives, {"type": "null"}]
+    return {"anyOf": alternatives, **kept}

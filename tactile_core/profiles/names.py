@@ -10,9 +10,8 @@ from pathlib import Path
 
 from tactile_core.errors import InputError, Place, ProfileError
 from tactile_core.formats.files import expanded, is_file
-from tactile_core.formats.printable import shown
-from tactile_core.profiles.nodes import problem_at
-from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.formats.json import shown
+from tactile_core.profiles.yaml_tree import problem_at, read_yaml
 
 _SUFFIXES = (".yaml", ".yml")
 

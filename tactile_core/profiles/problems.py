@@ -8,9 +8,9 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.algorithms.arrays.annotations import parts
+from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import Problem
-from tactile_core.profiles.nodes import Keys, Node, problem_at
+from tactile_core.profiles.yaml_tree import Keys, Node, problem_at
 
 # What a value "should be", by pydantic's error type.
 _WORDS = {

@@ -7,24 +7,20 @@ object (right-handed), millimetres. Arrays are read-only; every value is frozen.
 """
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.quantities.contact_stress import ContactStress
-from tactile_core.quantities.displacement import DisplacementField
 from tactile_core.quantities.fields import Field, FieldSpec, MmPerPx, TimestampS
-from tactile_core.quantities.friction import Friction
-from tactile_core.quantities.markers import MarkerDetections, MarkerField
-from tactile_core.quantities.network_output import NetworkOutput
-from tactile_core.quantities.observation import Frame, Image, Pixels, Reference
+from tactile_core.quantities.markers import DisplacementField, MarkerDetections, MarkerField
+from tactile_core.quantities.observation import Frame, Image, Pixels, Reference, ShownGel
 from tactile_core.quantities.quantity import Quantity
-from tactile_core.quantities.relative_load import RelativeLoad
-from tactile_core.quantities.shown_gel import ShownGel
-from tactile_core.quantities.slip import SlipState
-from tactile_core.quantities.slip_cues import (
+from tactile_core.quantities.slip import (
     ContactLoss,
     ContactShear,
     ContactSource,
+    ContactStress,
+    Friction,
     ImprintMotion,
     ShearRelease,
     SlipContact,
+    SlipState,
 )
 from tactile_core.quantities.surface import (
     ContactMask,
@@ -32,7 +28,7 @@ from tactile_core.quantities.surface import (
     HeightMap,
     ReferenceGradients,
 )
-from tactile_core.quantities.wrench import Wrench
+from tactile_core.quantities.wrench import NetworkOutput, RelativeLoad, Wrench
 
 __all__ = [
     "Bool",

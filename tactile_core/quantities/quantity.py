@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.shrinking import enlarged
 from tactile_core.errors import InputError
-from tactile_core.quantities.fields import Field, fields_of
-from tactile_core.quantities.layers import Layer, Outline, Points, ScalarMap, VectorMap
+from tactile_core.quantities.fields import (
+    Field,
+    Layer,
+    Outline,
+    Points,
+    ScalarMap,
+    VectorMap,
+    fields_of,
+)
 from tactile_core.quantities.on_demand import ON_DEMAND, OnDemand, waiting
 
 Arrays = Mapping[str, NDArray[Any]]

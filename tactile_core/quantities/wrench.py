@@ -1,4 +1,4 @@
-"""Force and torque of the object on the sensor."""
+"""Force and torque on the gel, a load in a recording's own unit, and what a network says."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.quantities.fields import FieldSpec, TimestampS
 from tactile_core.quantities.quantity import Quantity
 
@@ -111,3 +111,42 @@ class Wrench(Quantity):
                 "std": None if std is None else std.tolist(),
             }
         }
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeLoad(Quantity):
+    """A number that grows with the normal force; its scale depends on the sensor and the object.
+
+    Attributes
+    ----------
+    load : float
+        Dimensionless; 0 at rest, apart from noise.
+    """
+
+    load: Annotated[float, FieldSpec(saved_as="load")]
+    timestamp_s: TimestampS = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkOutput(Quantity):
+    """Numbers from a network: an embedding, or measurements that no other quantity holds.
+
+    Attributes
+    ----------
+    values : (N,) float32
+    names : tuple of N str
+        Empty for an embedding.
+    unit : str
+        Of all values; empty if they are dimensionless.
+    """
+
+    values: Annotated[Float32, FieldSpec(axes=("output",), saved_as="network_output")]
+    names: tuple[str, ...] = ()
+    unit: str = ""
+    timestamp_s: TimestampS = 0.0
+
+    def summary(self) -> Mapping[str, Any]:
+        """Return the entry ``network``: the values by name, or as a list."""
+        numbers = [float(value) for value in self.values]
+        named = dict(zip(self.names, numbers, strict=True)) if self.names else numbers
+        return {"network": {"values": named, "unit": self.unit}}

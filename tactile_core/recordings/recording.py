@@ -16,10 +16,10 @@ from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
 from tactile_core.formats.video import VIDEO_SUFFIXES, open_video
-from tactile_core.recordings.file_names import sorted_by_name
 from tactile_core.recordings.kinds import is_recorded, recording_file
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordedSession
+from tactile_core.recordings.session_files import sorted_by_name
 from tactile_core.recordings.source import (
     Files,
     FileSource,

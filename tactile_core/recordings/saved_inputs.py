@@ -6,7 +6,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.saved_quantities import read_quantities
+from tactile_core.formats.npz import read_quantities
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.recordings.output_folder import safe_stem
 
@@ -18,7 +18,7 @@ class SavedInputs:
     ----------
     folder : Path
         Results of an earlier run, or files made with
-        :func:`tactile_core.formats.saved_quantities.arrays_of`.
+        :func:`tactile_core.formats.npz.arrays_of`.
     kinds : collection of types
         Types of the quantities to read.
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_core.algorithms.relatedness import are_unrelated
+from tactile_core.algorithms.sequence import are_unrelated
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind, read_image
 from tactile_core.formats.video import NOMINAL_FPS, Video
 from tactile_core.quantities import Image, Pixels
-from tactile_core.recordings.file_names import times_of
+from tactile_core.recordings.session_files import times_of
 
 _PAIRS = 12  # Pairs of neighbouring images that are compared, because reading many takes long
 

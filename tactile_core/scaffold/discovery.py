@@ -16,9 +16,9 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import find_catalog
-from tactile_core.formats.printable import shown
+from tactile_core.formats.json import shown
 from tactile_core.formats.scan import Crop
-from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.calibrator import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import list_profiles, load_profile, load_source
@@ -28,11 +28,15 @@ from tactile_core.quantities import Pixels
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.lights import find_lights, unmeasured_lights
-from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
+from tactile_core.scaffold.markers import (
+    FoundMarkers,
+    find_lights,
+    find_markers,
+    markers_finding,
+    unmeasured_lights,
+)
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
-from tactile_core.scaffold.scale import Scale, agreed, measure_scale, scale_finding
-from tactile_core.scaffold.scale_method import ScaleMethod
+from tactile_core.scaffold.scale import Scale, ScaleMethod, agreed, measure_scale, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
 
 Ask = Callable[[str], str]  # Asks the user a question and returns the answer; empty if unknown

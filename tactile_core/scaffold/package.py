@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_text, write_together
+from tactile_core.formats.files import read_text, remove_leftovers, write_together
 from tactile_core.formats.folders import fresh_folder, make_folder, move_in
-from tactile_core.formats.unfinished import remove_leftovers
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.place import refuse_existing
 from tactile_core.scaffold.profile import NewProfile

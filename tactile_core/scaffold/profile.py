@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tactile_core.formats.files import plain_text, write_atomically
+from tactile_core.formats.files import plain_text, remove_leftovers, write_atomically
 from tactile_core.formats.folders import make_folder
-from tactile_core.formats.printable import printable
-from tactile_core.formats.unfinished import remove_leftovers
+from tactile_core.formats.json import printable
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.finding import Finding

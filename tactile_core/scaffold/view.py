@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.acquisition.geometry import Size
-from tactile_core.algorithms.lit_area import lit_area
+from tactile_core.algorithms.light_change import lit_area
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.formats.scan import Crop
@@ -16,7 +16,7 @@ from tactile_core.interfaces.image import FEWEST_PX, ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.scale_method import ScaleMethod
+from tactile_core.scaffold.scale import ScaleMethod
 
 
 class VIEW:

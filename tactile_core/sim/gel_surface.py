@@ -12,7 +12,6 @@ from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.sim.balance import balanced
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel
 from tactile_core.sim.deformed_surface import DeformedSurface
@@ -20,6 +19,7 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.modes import MODES, Mode
 from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
+from tactile_core.sim.normal_contact import balanced
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
 

@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.gel import SoftGel
-from tactile_core.sim.indenters.shape import Indenter
+from tactile_core.sim.indenters.solids import Indenter
 
 # Contact may extend this far beyond its outermost nodes: half a node, and one for rounding.
 _REACH_SPACINGS = 1.5

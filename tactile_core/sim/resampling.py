@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.sim.banded import BandedMatrix
+from tactile_core.sim.refinement import BandedMatrix
 from tactile_core.sim.window import Window
 
 

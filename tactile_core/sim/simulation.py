@@ -13,8 +13,8 @@ from tactile_core.errors import InputError
 from tactile_core.formats.folders import fresh_folder, move_in, resolved
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.constant_light import COLOUR
-from tactile_core.interfaces.progress import Progress, Silent
 from tactile_core.quantities import Frame
 from tactile_core.sim.script import Script
 from tactile_core.sim.stage import VirtualStage

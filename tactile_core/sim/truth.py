@@ -1,19 +1,119 @@
-"""Ground truth of a virtual sensor, at the pixels of the image."""
+"""The true state of a virtual sensor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
-from tactile_core.sim.contact_step import ContactModel
-from tactile_core.sim.fine_contact import fine_contact
+from tactile_core.sim.contact_step import STEP, ContactModel
 from tactile_core.sim.imprint import Imprint
-from tactile_core.sim.resampling import ImageSampler
+from tactile_core.sim.normal_contact import solve_normal
+from tactile_core.sim.resampling import ImageSampler, spline_matrix
+from tactile_core.sim.window import Window
+
+
+class FINE_CONTACT:
+    """Parameters of the refinement of a contact's outline. They trade accuracy for time."""
+
+    # [px] Largest spacing of the fine nodes. Source: ``experiments/contact_outline.py``: the
+    # outline is then within 1.5 px of that on nodes 1 px apart.
+    spacing_px = 1.5
+    # [count] Largest number of fine nodes along a side of the window; a larger contact is refined
+    # less. Source: by hand, to bound the time to that of a frame of a very large contact.
+    max_nodes = 512
+    # [share of the largest overlap] Tolerance of the contact. Source: that of the accurate mode;
+    # at 5e-4 the outline of a cone is 1 px off.
+    tolerance = 1e-4
+    # [fine nodes] Gaussian sigma that rounds the steps of the outline. Source: half the diagonal
+    # of a cell.
+    blur_nodes = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class FineContact:
+    """Contact area on a grid of material points, ``factor`` times finer than the nodes.
+
+    Attributes
+    ----------
+    share : (rows, columns) float32
+        Contact share of each fine node's cell.
+    first : (row, column)
+        The node at which the fine grid starts.
+    factor : int
+        Fine nodes per node.
+    """
+
+    share: Float32
+    first: tuple[int, int]
+    factor: int
+
+    def at(self, row: Float32, column: Float32) -> NDArray[np.bool_]:
+        """Contact at material positions, in rows and columns of the nodes."""
+        y, x = (
+            (part - np.float32(start)) * np.float32(self.factor)
+            for part, start in zip((row, column), self.first, strict=True)
+        )
+        share = cv2.remap(self.share, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(share > 0.5)
+
+
+def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
+    """Solve the contact of the current state between the nodes.
+
+    The displacement that is not due to pressure, such as that of friction and of earlier contacts,
+    is smooth and is interpolated from the nodes; the pressure is solved for.
+
+    Parameters
+    ----------
+    model : ContactModel
+    imprint : Imprint
+
+    Returns
+    -------
+    FineContact or None
+        None if the nodes are fine enough.
+    """
+    state, grid = imprint.state, imprint.grid
+    window = Window.around(state.contact)
+    most = max(1, FINE_CONTACT.max_nodes // max(window.shape))
+    wanted = np.ceil(grid.spacing_mm / (FINE_CONTACT.spacing_px * imprint.mm_per_px) - 1e-6)
+    factor = min(int(wanted), most)
+    if factor <= 1:
+        return None
+    (rows, y), (columns, x) = (
+        _refined(nodes[part], factor)
+        for nodes, part in ((grid.y_mm, window.rows), (grid.x_mm, window.columns))
+    )
+    by_pressure = model.layer.indentation(state.pressure_mpa)
+    fields = np.concatenate([state.displacement_mm, by_pressure[None], state.pressure_mpa[None]])
+    right, down, height, pressed, pressure = rows @ window.of(fields) @ columns.T
+    gap = imprint.indenter.gap_mm(*state.pose.into(x + right, y[:, None] + down))
+    x, y = np.broadcast_arrays(x, y[:, None])
+    overlap = model.gel.rest_mm(x, y) - gap + (state.depth_mm - state.level_mm)
+    # below any gap that counts, and small enough for single precision
+    overlap = np.maximum(overlap, STEP.out_of_reach_mm) - (height - pressed)
+    solved = solve_normal(
+        model.finer(factor).near(x.shape).indentation,
+        overlap.astype(model.layer.dtype),
+        pressure,
+        tolerance=FINE_CONTACT.tolerance,
+    )
+    touching = (solved.pressure > 0).astype(np.float32)
+    share = cv2.GaussianBlur(touching, (0, 0), FINE_CONTACT.blur_nodes)
+    first = window.rows.start, window.columns.start
+    return FineContact(np.asarray(share, np.float32), first, factor)
+
+
+def _refined(nodes: Array, factor: int) -> tuple[Float32, Array]:
+    """Matrix that interpolates to positions ``factor`` times denser, and these positions."""
+    positions = np.linspace(nodes[0], nodes[-1], (len(nodes) - 1) * factor + 1)
+    return spline_matrix(nodes, positions), positions
 
 
 @dataclass(frozen=True, eq=False)

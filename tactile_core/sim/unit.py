@@ -1,17 +1,19 @@
-"""Units of one design: virtual sensors that differ as the copies of a real sensor do."""
+"""A unit of a virtual sensor: what differs between specimens."""
 
 from __future__ import annotations
 
 from typing import Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from tactile_core.interfaces.component import Lighting
+from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.interfaces.optics import Optics
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.gel import GEL
+from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.coating import Coating
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -184,3 +186,15 @@ def _replaced(model: _Model, new: dict[str, Any]) -> _Model:
         inside = values.get(name)
         values[name] = inside | value if isinstance(inside, dict) else value
     return type(model).model_validate(values)
+
+
+class UnitOptions(Options):
+    """Which virtual unit is shown, and how finely it is simulated."""
+
+    seed: int = Field(
+        default=0, ge=0, description="Random seed of the virtual unit and of its noise."
+    )
+    mode: Mode = Field(
+        default="fast",
+        description="fast runs at camera rate; accurate solves the contact on a finer grid.",
+    )

@@ -27,4 +27,4 @@ except ImportError:
     ) from None
 
 from tactile_core.testing.conformance import PluginConformance as PluginConformance
-from tactile_core.testing.faults import Fault as Fault
+from tactile_core.testing.differences import Fault as Fault

@@ -14,8 +14,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import difference, kept, writable
-from tactile_core.testing.faults import CannotCheck, Fault
+from tactile_core.testing.differences import CannotCheck, Fault, difference, kept, writable
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import PRESSES, VirtualPress

@@ -13,8 +13,8 @@ from tactile_core.quantities import Image
 from tactile_core.quantities.array_form import image_fault
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.devices import opened
-from tactile_core.testing.faults import CannotCheck, Fault
-from tactile_core.testing.footprint import within
+from tactile_core.testing.differences import CannotCheck, Fault
+from tactile_core.testing.imports import within
 from tactile_core.testing.registered import Part, Registered
 
 SLACK_S = 0.5  # How far a read may exceed its timeout on a busy machine, s

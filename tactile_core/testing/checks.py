@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Quantity
-from tactile_core.testing.faults import CannotCheck, Fault
+from tactile_core.testing.differences import CannotCheck, Fault
 from tactile_core.testing.registered import Registered
 
 if TYPE_CHECKING:

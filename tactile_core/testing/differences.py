@@ -1,4 +1,4 @@
-"""Compares results, and copies quantities to detect changes."""
+"""Differences of quantities, and faults in words."""
 
 from __future__ import annotations
 
@@ -61,3 +61,26 @@ def _array_difference(first: NDArray[Any], second: NDArray[Any], name: str) -> s
         return ""
     count = np.count_nonzero(first != second)
     return f"{count} of {first.size} values of {name} differ"
+
+
+class Fault(AssertionError):
+    """A fault of a plugin, reported with its consequence and a remedy.
+
+    Parameters
+    ----------
+    where : object
+        The component or profile; its string is its name.
+    found : str
+        The observed fault.
+    why : str
+        The consequence for users of the plugin.
+    do : str
+        How to fix it.
+    """
+
+    def __init__(self, where: object, found: str, *, why: str, do: str) -> None:
+        super().__init__(f"{where}: {found}\n  Why it matters: {why}\n  What to do: {do}")
+
+
+class CannotCheck(Exception):
+    """A check cannot run, because its subject is missing or failed another check."""

@@ -19,14 +19,12 @@ from tactile_core.errors import PluginError, ProfileError
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
-from tactile_core.plugins.calibrators import calibrator_of, fitted_by
+from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.nodes import Node
-from tactile_core.profiles.yaml_tree import read_yaml
+from tactile_core.profiles.yaml_tree import Node, read_yaml
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import difference
-from tactile_core.testing.faults import CannotCheck, Fault
+from tactile_core.testing.differences import CannotCheck, Fault, difference
 from tactile_core.testing.registered import ProfileFile, Registered
 from tactile_core.testing.virtual_presses import Rig, full_rig
 

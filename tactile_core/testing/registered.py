@@ -25,7 +25,7 @@ from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.testing.faults import CannotCheck
+from tactile_core.testing.differences import CannotCheck
 from tactile_core.testing.virtual_presses import Rig, full_rig, generic_rig, small_rig
 
 

@@ -1,15 +1,19 @@
-"""Self-contained HTML pages: headings, tables and pictures in one file."""
+"""HTML pages, and quantities in notebooks."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.formats.files import plain_text
+from tactile_core.quantities import Frame
+from tactile_core.quantities.fields import Layer
+from tactile_core.views.pictures import picture_of, points_on_frame
 
 _STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;
@@ -72,3 +76,45 @@ def figure(rgb: NDArray[np.uint8], caption: str, *, photo: bool = False) -> str:
         f'<figure><img src="data:image/{kind};base64,{data}" alt="{escape(caption)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
+
+
+_DIGITS = 4  # Significant digits of a number in the table
+
+
+def notebook_html(
+    frame: Frame, layers: Sequence[Layer], line: Mapping[str, Any], warnings: Sequence[str]
+) -> str:
+    """Return HTML for a notebook.
+
+    Parameters
+    ----------
+    frame : Frame
+    layers : sequence of Layer
+        Of all quantities; without any, the frame itself is shown.
+    line : mapping
+        The line of ``tactile run --json``; values that are None are left out.
+    warnings : sequence of str
+    """
+    picture = picture_of(frame, layers)
+    if picture is None:
+        picture = points_on_frame(frame, ())
+    rows = list(_rows(line, ""))
+    return "".join(
+        [
+            "<div>",
+            figure(np.asarray(picture, np.uint8), frame.name),
+            table(["quantity", "value"], rows),
+            *map(paragraph, warnings),
+            "</div>",
+        ]
+    )
+
+
+def _rows(line: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
+    """Yield names and values; those of nested mappings have the outer name in front."""
+    for name, value in line.items():
+        if isinstance(value, Mapping):
+            yield from _rows(value, f"{prefix}{name} ")
+        elif value is not None and name not in ("source", "warnings"):
+            number = isinstance(value, float)
+            yield f"{prefix}{name}", f"{value:.{_DIGITS}g}" if number else str(value)

@@ -9,10 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.quantities.layers import Outline, Points, ScalarMap, Surface, VectorMap
+from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
-from tactile_core.views.drawing import Rgb
-from tactile_core.views.shading import colours, diverging_colours, sequential_colours, shaded
+from tactile_core.views.shading import Rgb, colours, diverging_colours, sequential_colours, shaded
 from tactile_core.views.sheet import SHEET, framed
 
 _ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tactile_core.quantities import Frame
-from tactile_core.quantities.layers import (
+from tactile_core.quantities.fields import (
     Layer,
     Outline,
     Points,
@@ -16,8 +16,8 @@ from tactile_core.quantities.layers import (
     Surface,
     VectorMap,
 )
-from tactile_core.views.drawing import Rgb, blank, text_size, write
 from tactile_core.views.maps import Overlay, coloured, joined, magnitude, relief
+from tactile_core.views.shading import Rgb, blank, text_size, write
 from tactile_core.views.sheet import SHEET
 
 _CONTRAST = 0.55  # Contrast of a frame under points, relative to the original

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cv2
 
-from tactile_core.views.drawing import (
+from tactile_core.views.shading import (
     FAINT,
     INK,
     Rgb,

@@ -1,6 +1,6 @@
 """What is connected, as one list."""
 
-from tactile_core.acquisition.device_list import shared_hubs
+from tactile_core.acquisition.unit_devices import shared_hubs
 
 
 def test_devices_on_one_hub_are_listed_together() -> None:

@@ -28,9 +28,9 @@ from support.virtual_bench import (
 
 from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.builtin.leds.serial_leds import SerialLeds
-from tactile_core.conditioning.sequence_check import pattern_of, verify
+from tactile_core.conditioning.conditioning import pattern_of, verify
 from tactile_core.errors import DeviceError, SequenceError
-from tactile_core.pipeline.live_check import LiveCheck
+from tactile_core.pipeline.frame_check import LiveCheck
 
 FAST = Timing(period_s=0.02, exposure_s=0.005, readout_s=0.016, stamp_s=0.006)
 

@@ -9,7 +9,7 @@ from support.desk import Desk
 
 from tactile_core.acquisition.unit_devices import claim_device, forget_devices, with_unit_devices
 from tactile_core.errors import InputError
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.background import smooth_background
+from tactile_core.algorithms.photometric import smooth_background
 
 SHAPE = 60, 80
 COEFFICIENT = st.floats(-0.3, 0.3)

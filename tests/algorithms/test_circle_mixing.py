@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactile_core.algorithms.circles.mixing import MIXING, Mixing
+from tactile_core.algorithms.circles.finder import MIXING, Mixing
 
 SLOW = np.diag([0.95, 0.9, 0.8, 0.3, 0.1, 0.0])
 """Share of the distance that each direction keeps in one iteration."""

@@ -17,9 +17,8 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
-from tactile_core.algorithms.circles.border import BORDER
+from tactile_core.algorithms.circles.border import BORDER, radial_profile
 from tactile_core.algorithms.circles.press import change_of
-from tactile_core.algorithms.circles.profile import radial_profile
 from tactile_core.sim.analytic_ball import BallPress, render
 
 

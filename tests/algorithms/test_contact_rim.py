@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.contact_rim import rim_share
+from tactile_core.algorithms.contact import rim_share
 from tactile_core.sim import VirtualStage
 
 

@@ -167,8 +167,8 @@ def test_the_field_is_supported_near_seen_markers_only() -> None:
 
 def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
     """A disc moves by 0.3 mm between markers whose pitch is its diameter."""
-    from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
     from tactile_core.algorithms.displacement.contact_shear import ContactShear
+    from tactile_core.algorithms.displacement.kriging import CoarseGrid
     from tactile_core.algorithms.elasticity import Elastomer
 
     contact = np.hypot(X - 76, Y - 63) < 16
@@ -192,8 +192,7 @@ def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
 
 
 def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distance() -> None:
-    from tactile_core.algorithms.displacement.contact_shear import ElasticFields
-    from tactile_core.algorithms.displacement.layer_response import LayerResponse
+    from tactile_core.algorithms.displacement.contact_shear import ElasticFields, LayerResponse
     from tactile_core.algorithms.elasticity import Elastomer
 
     rows, columns, side_mm = 60, 80, 0.2
@@ -217,7 +216,7 @@ def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distanc
 
 @pytest.mark.parametrize("shape", [SHAPE, (121, 160), (120, 150)])
 def test_the_share_of_each_cell_is_that_of_its_pixels(shape: tuple[int, int]) -> None:
-    from tactile_core.algorithms.displacement.coarse_grid import CoarseGrid
+    from tactile_core.algorithms.displacement.kriging import CoarseGrid
 
     mask = np.random.default_rng(0).random(shape) > 0.4
     share = CoarseGrid((12, 16), shape).share(mask)

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.lit_area import lit_area
+from tactile_core.algorithms.light_change import lit_area
 
 SIZE = (240, 320)
 

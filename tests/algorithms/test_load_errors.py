@@ -9,8 +9,7 @@ from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.layer_fit import FittedLayer
-from tactile_core.algorithms.elasticity.load_errors import LOAD_ERRORS, load_variance
+from tactile_core.algorithms.elasticity.layer_fit import LOAD_ERRORS, FittedLayer, load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares, surface_loads
 
 CELL_MM, SHAPE = 0.44, (30, 40)

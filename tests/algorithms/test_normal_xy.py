@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tactile_core.algorithms.normal_xy import (
+from tactile_core.algorithms.photometric import (
     NORMALS,
     planes_to_gradient,
     to_gradient,

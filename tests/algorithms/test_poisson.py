@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import PoissonSolver, integrate
-from tactile_core.algorithms.poisson.divergence import between_cells
-from tactile_core.algorithms.poisson.laplacian import Boundary, Laplacian
+from tactile_core.algorithms.poisson.integration import between_cells
+from tactile_core.algorithms.poisson.screened import Boundary, Laplacian
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, load_profile
 from tactile_core.algorithms.displacement import decomposed, divergence
-from tactile_core.builtin.displacement import Displacement
+from tactile_core.builtin.contact import Displacement
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection

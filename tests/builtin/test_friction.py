@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.builtin.friction import FrictionEstimator
+from tactile_core.builtin.imprint_motion import FrictionEstimator
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.reading import Reading

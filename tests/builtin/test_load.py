@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from experiments.relative_load import clips, correlations
-from tactile_core.builtin.load import LOAD, Load
+from tactile_core.builtin.contact import LOAD, Load
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.pipeline import Pipeline

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core import Pipeline
-from tactile_core.builtin.markers import MarkerDetection
+from tactile_core.builtin.contact import MarkerDetection
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

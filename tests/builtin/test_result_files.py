@@ -12,9 +12,7 @@ from support.readings import ONES, SHAPE, contact, height, markers, reading, sav
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
-from tactile_core.formats.normals import read_normals
-from tactile_core.formats.npz import read_npz
-from tactile_core.formats.saved_quantities import DESCRIPTION
+from tactile_core.formats.npz import DESCRIPTION, read_normals, read_npz
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.quantities import Gradients, HeightMap, Quantity
 from tactile_core.recordings.output_folder import WRITTEN, OutputFolder

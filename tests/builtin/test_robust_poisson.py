@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.builtin.poisson import Poisson
-from tactile_core.builtin.robust_poisson import RobustPoisson
+from tactile_core.builtin.poisson import Poisson, RobustPoisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.slip.fusion import FUSION
-from tactile_core.builtin.imprint_motion import MotionOfImprint
-from tactile_core.builtin.shear_release import ReleaseOfShear
+from tactile_core.algorithms.slip.state import FUSION
+from tactile_core.builtin.imprint_motion import MotionOfImprint, ReleaseOfShear
 from tactile_core.builtin.slip import Slip
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext

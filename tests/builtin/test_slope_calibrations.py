@@ -12,15 +12,16 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.network import train
-from tactile_core.builtin.automatic_model import AutomaticCalibrator
-from tactile_core.builtin.lookup_table import LookupTable, LookupTableCalibrator, LookupTableOptions
-from tactile_core.builtin.mlp import Ensemble, Mlp, MlpCalibrator, MlpOptions
-from tactile_core.builtin.polynomial import (
+from tactile_core.builtin.lookup_table import (
+    LookupTable,
+    LookupTableCalibrator,
+    LookupTableOptions,
     Polynomial,
     PolynomialCalibrator,
     PolynomialOptions,
     fit_curve,
 )
+from tactile_core.builtin.mlp import AutomaticCalibrator, Ensemble, Mlp, MlpCalibrator, MlpOptions
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press

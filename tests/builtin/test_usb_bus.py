@@ -12,7 +12,7 @@ from usb.backend import IBackend
 
 from tactile_core.builtin.usb_bus import USB3_VISION, VIDEO, usb_cameras
 from tactile_core.errors import DeviceError
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 
 LANGUAGES = bytes([4, 3, 0x09, 0x04])
 CAMERA = {

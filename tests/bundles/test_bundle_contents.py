@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit
-from tactile_core.builtin.polynomial import Polynomial
+from tactile_core.builtin.lookup_table import Polynomial
 from tactile_core.bundles.bundle import Bundle, Manifest
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.slope_models.slope_model import SlopeModel

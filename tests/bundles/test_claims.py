@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tactile_core.bundles.claims import Claim, Claims, DeviceKind, read_claims, write_claims
 from tactile_core.errors import InputError
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 
 C310 = Claim(usb_id="046d:081b", serial="C310A001", product="HD Webcam C310")
 NAMELESS = Claim(usb_id="046d:081b", port_path="1-2.4")

@@ -10,9 +10,8 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.doubts import DOUBTS
+from tactile_core.calibration.doubts import DOUBTS, implausible
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.calibration.plausibility import implausible
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
 from tactile_core.profiles.loader import load_profile

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibration.error_fit import HeldOutSurface, fitted_errors
+from tactile_core.calibration.score import HeldOutSurface, fitted_errors
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Frame
 

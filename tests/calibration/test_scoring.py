@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.builtin.polynomial import Polynomial, PolynomialCalibrator
+from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration import scoring
 from tactile_core.calibration.fitting import calibrate

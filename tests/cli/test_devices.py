@@ -9,7 +9,7 @@ import pytest
 from support.desk import Desk
 
 from tactile_core.cli import main
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.cli import main
-from tactile_core.cli.paths import refuse_impossible
+from tactile_core.cli.output import refuse_impossible
 from tactile_core.errors import InputError
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from tactile_core import Frame, Reference, load_profile
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.bundles.light_range import LightRange
+from tactile_core.bundles.manifest import LightRange
+from tactile_core.conditioning.conditioning import DriftCompensator
 from tactile_core.conditioning.gel_check import GelCheck
-from tactile_core.conditioning.light_drift import DriftCompensator
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.unit import vary

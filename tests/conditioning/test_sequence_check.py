@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.conditioning.sequence_check import is_sequential, pattern_of, verify
+from tactile_core.conditioning.conditioning import is_sequential, pattern_of, verify
 from tactile_core.errors import SequenceError
 from tactile_core.quantities import Frame
 

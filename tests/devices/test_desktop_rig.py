@@ -23,7 +23,7 @@ from support.gige_camera import ADDRESS, PaintedCamera, alone, missing
 from support.light_box import LIGHTS
 from support.lit_gel import EmulatedShutter, LitBox, LitGel, Seen
 
-from tactile_core.builtin.leds.protocol import encode
+from tactile_core.builtin.leds.led_box import encode
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import SequenceError

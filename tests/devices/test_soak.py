@@ -37,7 +37,7 @@ from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptio
 from tactile_core.builtin.leds.serial_leds import SerialLeds
 from tactile_core.errors import CameraLost, CameraTimeout
 from tactile_core.interfaces.camera import Camera
-from tactile_core.testing.footprint import within
+from tactile_core.testing.imports import within
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
 

@@ -17,8 +17,7 @@ from support.dist_info import write_dist_info
 from support.virtual_lab import VirtualLab
 
 from tactile_core.formats.images import read_image
-from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.formats.saved_quantities import arrays_of, read_quantities
+from tactile_core.formats.npz import arrays_of, read_npz, read_quantities, write_npz
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import HeightMap
 from tactile_core.sim.analytic_ball import BallPress

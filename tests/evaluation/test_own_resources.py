@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactile_core.evaluation.own_resources import peak_memory_mib
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 
 
 def weigh(megabytes: int) -> Generator[Any, None, None]:

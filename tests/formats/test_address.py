@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_core.formats.address import hide_secrets, without_secrets
+from tactile_core.formats.catalog import hide_secrets, without_secrets
 
 
 @pytest.mark.parametrize(

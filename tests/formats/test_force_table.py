@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.formats.force_table import read_forces, read_weights
+from tactile_core.formats.labels import read_forces, read_weights
 
 
 def written(tmp_path: Path, text: str) -> Path:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.calibration.ball_sizes import TARGET
+from tactile_core.calibration.press_search import TARGET
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import read_labels
 

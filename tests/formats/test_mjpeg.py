@@ -10,8 +10,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from support.mjpeg_server import jpeg
 
-from tactile_core.formats import mjpeg
-from tactile_core.formats.mjpeg import MjpegParser
+from tactile_core.formats import video
+from tactile_core.formats.video import MjpegParser
 
 IMAGES = [jpeg(value, (4, 5)) for value in (0, 90, 200)]
 
@@ -95,7 +95,7 @@ def test_the_end_of_a_stream_is_no_image() -> None:
 
 
 def test_memory_stays_bounded_without_any_boundary(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mjpeg, "MAX_PART_BYTES", 1000)
+    monkeypatch.setattr(video, "MAX_PART_BYTES", 1000)
     parser = MjpegParser("frame")
     for _ in range(100):
         parser.feed(b"x" * 100)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tactile_core.errors import InputError
-from tactile_core.formats.normals import read_normals, write_normals
+from tactile_core.formats.npz import read_normals, write_normals
 from tactile_core.quantities import Gradients
 
 SLOPES = arrays(np.float32, (4, 5), elements=st.floats(-20, 20, width=32))

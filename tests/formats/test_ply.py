@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_core.formats.ply import write_ply
+from tactile_core.formats.tmd import write_ply
 from tactile_core.quantities import HeightMap
 
 

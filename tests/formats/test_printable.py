@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_core.formats.printable import printable, shown
+from tactile_core.formats.json import printable, shown
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from support.readings import ONES, SHAPE, contact, height, markers, shear, slopes
 
 from tactile_core.errors import InputError
-from tactile_core.formats.npz import write_npz
-from tactile_core.formats.saved_quantities import (
+from tactile_core.formats.npz import (
     DESCRIPTION,
     arrays_of,
     quantities_in,
     read_quantities,
+    write_npz,
 )
 from tactile_core.quantities import (
     Bool,

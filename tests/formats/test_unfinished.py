@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.formats.unfinished import remove_leftovers, replaced, temporary_path
+from tactile_core.formats.files import remove_leftovers, replaced, temporary_path
 
 LEAVES = """
 import sys
 from pathlib import Path
-from tactile_core.formats.unfinished import temporary_path
+from tactile_core.formats.files import temporary_path
 folder = Path(sys.argv[1])
 temporary_path(folder / "a.npz").write_text("half")
 temporary_path(folder / ("long" * 60)).write_text("half")

@@ -76,7 +76,7 @@ def _tasks(wanted: argparse.Namespace) -> list[tuple[str, range, int]]:
 
 def _collected(tasks: list[Future[list[Result]]], total: int) -> Iterator[Result]:
     """Yield the results in order of completion, and print each new fault immediately."""
-    from tactile_core.cli.progress import Bar
+    from tactile_core.cli.output import Bar
 
     count, known = 0, set[str]()
     with Bar() as bar:
@@ -92,7 +92,7 @@ def _collected(tasks: list[Future[list[Result]]], total: int) -> Iterator[Result
 
 
 def _report(results: list[Result], seconds: float, wanted: argparse.Namespace) -> None:
-    from tactile_core.cli.table import table_lines
+    from tactile_core.cli.output import table_lines
 
     rows = []
     for area in AREAS:

@@ -12,7 +12,7 @@ from support.virtual_bench import LIGHTS, Scene
 from usbip.classes.device.cdc_acm import CDCACM
 from usbip.device import USBDevice
 
-from tactile_core.builtin.leds.protocol import FULL, LineError, decode, encode
+from tactile_core.builtin.leds.led_box import FULL, LineError, decode, encode
 
 SETTLE_S, WATCHDOG_S = 0.001, 2.0
 

@@ -16,7 +16,7 @@ from hardware.usbip_bus import Bus, wait_for, webcams_are_there
 
 from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceBusy, DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 UNPLUGS = int(os.environ.get("TACTILE_UNPLUGS", "10"))
 PATIENCE_S = 20.0

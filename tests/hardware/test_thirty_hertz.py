@@ -15,7 +15,7 @@ from tactile_core.builtin.cameras.uvc_camera import UvcCamera
 from tactile_core.errors import CameraTimeout
 from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
-from tactile_core.interfaces.streaming.image_reader import ImageSource
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource
 from tactile_core.sim import VirtualStage
 
 FPS, FRAMES = 30, 900

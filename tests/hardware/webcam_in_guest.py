@@ -15,7 +15,7 @@ from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
 from tactile_core.builtin.cameras.video_nodes import video_nodes
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.streaming import encoded_image
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 FRAMES = int(os.environ.get("TACTILE_FRAMES", "900"))
 PATIENCE_S = 20.0

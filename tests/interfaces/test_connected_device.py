@@ -7,7 +7,7 @@ from dataclasses import fields
 import pytest
 from support.desk import KINDS
 
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 from tactile_core.plugins.registry import resolve
 
 C310 = ConnectedDevice("/dev/video0", "HD Webcam C310", "046d:081b", "A", "1-2")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.live.gate import Gate, names_of, own_token
+from tactile_core.live.guiding import Gate, names_of, own_token
 
 GATE = Gate.at("secret", 8750, ["127.0.0.1", "localhost"])
 

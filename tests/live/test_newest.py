@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 
-from tactile_core.live.newest import Newest
+from tactile_core.live.pictures import Newest
 
 
 def test_only_the_newest_value_is_kept() -> None:

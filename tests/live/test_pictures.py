@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from support.watching import Message
 
 from tactile_core.live import pictures
-from tactile_core.live.message import Parts
-from tactile_core.live.parameters import PAGE
+from tactile_core.live.commands import PAGE, Parts
 from tactile_core.quantities import (
     ContactMask,
     ContactStress,
@@ -24,7 +23,7 @@ from tactile_core.quantities import (
     HeightMap,
     Quantity,
 )
-from tactile_core.quantities.layers import Outline, Points, ScalarMap, VectorMap
+from tactile_core.quantities.fields import Outline, Points, ScalarMap, VectorMap
 
 SHAPE = (48, 64)
 

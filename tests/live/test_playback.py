@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_core.live.playback import Playback
+from tactile_core.live.opening import Playback
 
 
 def test_a_recording_plays_at_its_own_speed() -> None:

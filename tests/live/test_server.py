@@ -18,8 +18,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from tactile_core.errors import InputError
+from tactile_core.live.commands import PAGE
 from tactile_core.live.desk import Desk
-from tactile_core.live.parameters import PAGE
 from tactile_core.live.server import LivePage
 from tactile_core.quantities import HeightMap
 

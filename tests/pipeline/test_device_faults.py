@@ -25,7 +25,7 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline import playback
 from tactile_core.pipeline.sensor import Sensor
-from tactile_core.testing.footprint import Footprint, within
+from tactile_core.testing.imports import Footprint, within
 
 if not sys.platform.startswith(("linux", "darwin")):
     pytest.skip("needs pseudo-terminals", allow_module_level=True)

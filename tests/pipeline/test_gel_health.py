@@ -9,7 +9,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.gel_health import GelHealth
+from tactile_core.pipeline.health import GelHealth
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, MarkerField
 from tactile_core.sim.analytic_ball import BallPress

@@ -19,7 +19,7 @@ from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sensor_group import PairedReadings, SensorGroup
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 TICK_S = 0.03
 SLOWER = 3

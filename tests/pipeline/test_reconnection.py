@@ -20,11 +20,11 @@ from tactile_core import open_sensor
 from tactile_core.acquisition.clock import Clock
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceAbsent, InputError, LightsLost
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.frame_source import Reconnection
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.reconnection import Reconnection
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 20.0
 LOST_S = 0.25

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 
 
 def count(start: int) -> Generator[int, int, None]:

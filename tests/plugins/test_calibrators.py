@@ -14,7 +14,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
-from tactile_core.plugins.calibrators import (
+from tactile_core.plugins.options import (
     calibrator_of,
     fitted_by,
     smoothing_px_of,

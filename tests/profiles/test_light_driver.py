@@ -9,7 +9,7 @@ import pytest
 from tactile_core.errors import ProfileError
 from tactile_core.interfaces.component import Component
 from tactile_core.profiles.loader import load_profile, profile_hash
-from tactile_core.profiles.schema import profile_schema
+from tactile_core.profiles.model import profile_schema
 
 FAKES = Path(__file__).resolve().parents[1] / "fakes" / "site_packages"
 BASE = """\

@@ -6,8 +6,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from tactile_core.profiles.model import Profile
-from tactile_core.profiles.schema import profile_schema
+from tactile_core.profiles.model import Profile, profile_schema
 
 
 def sections() -> Iterator[dict[str, Any]]:

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.errors import Place, ProfileError
-from tactile_core.profiles.nodes import Node
-from tactile_core.profiles.yaml_tree import MOST_BYTES, read_yaml, scalar
+from tactile_core.profiles.yaml_tree import MOST_BYTES, Node, read_yaml, scalar
 
 law = settings(deadline=None)
 

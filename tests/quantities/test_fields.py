@@ -23,8 +23,7 @@ from tactile_core.quantities import (
     TimestampS,
 )
 from tactile_core.quantities.array_form import form_fault
-from tactile_core.quantities.fields import fields_of
-from tactile_core.quantities.layers import Outline, Points, ScalarMap, VectorMap
+from tactile_core.quantities.fields import Outline, Points, ScalarMap, VectorMap, fields_of
 
 SHAPE = (6, 8)
 

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from tactile_core.recordings.file_names import sorted_by_name, times_of
+from tactile_core.recordings.session_files import sorted_by_name, times_of
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from tactile_core.errors import InputError
 from tactile_core.formats.images import write_png
 from tactile_core.recordings.recording import open_recording
-from tactile_core.recordings.recording_list import (
+from tactile_core.recordings.recovery import (
     is_folder_of_recordings,
     list_recordings,
     unread_recordings,

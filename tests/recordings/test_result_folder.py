@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.recordings.output_folder import WRITTEN
-from tactile_core.recordings.result_folder import MEASURED, complete_results, report_of
+from tactile_core.recordings.output_folder import MEASURED, WRITTEN, complete_results, report_of
 
 
 def fill(place: Path, text: str = "one") -> None:

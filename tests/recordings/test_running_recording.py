@@ -24,9 +24,13 @@ from support.watching import until
 from tactile_core import open_sensor
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.kinds import recording_file, recording_writer
-from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
+from tactile_core.recordings.recorder import (
+    AppendedFile,
+    RecordedImage,
+    RecordedSession,
+    RecordingWriter,
+)
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RecordingParameters, RunningRecording
@@ -38,7 +42,7 @@ from pathlib import Path
 import numpy as np
 from support.recordings import SESSION, image
 from tactile_core.quantities import Image
-from tactile_core.recordings.appended_file import AppendedFile
+from tactile_core.recordings.recorder import AppendedFile
 from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.running_recording import RunningRecording
 recording = RunningRecording(recording_writer(Path(sys.argv[1])), SESSION)

@@ -17,7 +17,7 @@ from experiments.marker_recordings import (
     through,
 )
 
-pytest.importorskip("tactile_core.builtin.markers", reason="no step of the core detects markers")
+pytest.importorskip("tactile_core.builtin.contact", reason="no step of the core detects markers")
 
 
 @pytest.mark.recordings

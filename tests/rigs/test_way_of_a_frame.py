@@ -21,13 +21,12 @@ STATIONS = {
     "tactile_core.pipeline.pipeline": ("Pipeline.process",),
     "tactile_core.conditioning.conditioning": ("Conditioning.__call__",),
     "tactile_core.pipeline.chain": ("Chain.run",),
-    "tactile_core.builtin.markers": ("MarkerDetection.estimate",),
+    "tactile_core.builtin.contact": ("MarkerDetection.estimate", "Displacement.estimate"),
     "tactile_core.builtin.marker_tracking": ("MarkerTracking.estimate",),
-    "tactile_core.builtin.displacement": ("Displacement.estimate",),
     "tactile_core.builtin.slip": ("Slip.estimate",),
 }
 FOUND = {
-    "tactile_core.algorithms.markers.mask": ("mask_of",),
+    "tactile_core.algorithms.markers.contrast": ("mask_of",),
     "tactile_core.algorithms.markers.detection": ("find_markers",),
 }
 

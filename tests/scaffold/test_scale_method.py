@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.scaffold.scale_method import ScaleMethod
+from tactile_core.scaffold.scale import ScaleMethod
 
 
 def test_a_number_is_the_scale_itself() -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from tactile_core import load_profile
 from tactile_core.errors import InputError
-from tactile_core.sim.balance import BALANCE, balanced
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
+from tactile_core.sim.normal_contact import BALANCE, balanced
 
 GRIP_N, FRICTION = 4.0, 0.5
 

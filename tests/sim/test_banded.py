@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactile_core.sim.banded import BandedMatrix
+from tactile_core.sim.refinement import BandedMatrix
 
 
 @pytest.mark.parametrize("shape", [(480, 92), (80, 480), (130, 128), (1, 1)])

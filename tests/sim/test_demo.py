@@ -3,7 +3,7 @@
 import pytest
 
 from tactile_core.evaluation.demo import demonstrate
-from tactile_core.interfaces.progress import Silent
+from tactile_core.interfaces.calibrator import Silent
 from tactile_core.profiles.loader import list_rigs, load_profile
 
 

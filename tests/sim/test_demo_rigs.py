@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tactile_core.errors import TactileError
-from tactile_core.evaluation.demo_rigs import demonstrate_rigs
-from tactile_core.interfaces.progress import Silent
+from tactile_core.evaluation.demo import demonstrate_rigs
+from tactile_core.interfaces.calibrator import Silent
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 

@@ -9,8 +9,7 @@ import pytest
 
 from tactile_core.bundles.claims import DeviceKind
 from tactile_core.errors import DeviceError
-from tactile_core.interfaces.connected_device import ConnectedDevice
-from tactile_core.interfaces.device import Device
+from tactile_core.interfaces.device import ConnectedDevice, Device
 from tactile_core.plugins.registry import resolve
 
 KINDS: dict[str, DeviceKind] = {

@@ -12,8 +12,7 @@ import numpy as np
 from tactile_core.errors import CameraTimeout
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from select import select
 from threading import Thread
 
-from tactile_core.builtin.leds.protocol import LineError, decode, encode
+from tactile_core.builtin.leds.led_box import LineError, decode, encode
 
 LIGHTS = ("led1", "led2", "led3", "led4", "led5", "led6")
 

@@ -15,8 +15,8 @@ import pytest
 from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.checks import checks_of, subjects_of
-from tactile_core.testing.faults import CannotCheck, Fault
-from tactile_core.testing.needed_quantities import completed
+from tactile_core.testing.differences import CannotCheck, Fault
+from tactile_core.testing.estimators import completed
 from tactile_core.testing.virtual_presses import VirtualPress, generic_rig
 
 FAKES = Path(__file__).parents[1] / "fakes" / "faulty"

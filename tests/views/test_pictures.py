@@ -7,12 +7,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.quantities.layers import Outline, Surface
-from tactile_core.views.arrows import arrows
-from tactile_core.views.drawing import blank, round_length, text_size, tick_label, ticks, write
+from tactile_core.quantities.fields import Outline, Surface
 from tactile_core.views.maps import Overlay, deviation, relief
+from tactile_core.views.overlay import arrows
 from tactile_core.views.pictures import side_by_side
-from tactile_core.views.shading import colours, diverging_colours, shaded
+from tactile_core.views.shading import (
+    blank,
+    colours,
+    diverging_colours,
+    round_length,
+    shaded,
+    text_size,
+    tick_label,
+    ticks,
+    write,
+)
 
 
 def bump(rows: int, columns: int, mm_per_px: float = 0.1, depth_mm: float = 1.0) -> Surface:

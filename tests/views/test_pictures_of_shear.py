@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from tactile_core.quantities import Frame
-from tactile_core.quantities.layers import Outline, Points, ScalarMap, Surface, VectorMap
+from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
-from tactile_core.views.drawing import Rgb
 from tactile_core.views.maps import Overlay, coloured, magnitude, relief
 from tactile_core.views.pictures import picture_of, points_on_frame
-from tactile_core.views.shading import colours, sequential_colours
+from tactile_core.views.shading import Rgb, colours, sequential_colours
 
 SHAPE, SCALE_MM = (480, 640), 0.03
 Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]]

@@ -13,8 +13,12 @@ from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
 from tactile_core.algorithms.levels import LEVELS
-from tactile_core.algorithms.normal_xy import planes_to_gradient
-from tactile_core.algorithms.photometric import Smoothing, place, relative_change
+from tactile_core.algorithms.photometric import (
+    Smoothing,
+    place,
+    planes_to_gradient,
+    relative_change,
+)
 
 Bool = NDArray[np.bool_]
 Complex64 = NDArray[np.complex64]

@@ -19,15 +19,17 @@ from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.slope_models.for_reference import ForReference
-from tactile_core.interfaces.slope_models.image_shape import (
+from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
+from tactile_core.interfaces.slope_models.samples import (
     ImageShape,
     check_fitting,
     in_words,
+    scale_of,
     shape_of,
+    thinned,
+    too_few,
 )
-from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
-from tactile_core.interfaces.slope_models.samples import scale_of, thinned, too_few
+from tactile_core.interfaces.slope_models.slope_model import ForReference
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 from tactile_core.quantities.on_demand import on_demand
 

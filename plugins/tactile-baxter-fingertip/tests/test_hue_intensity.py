@@ -17,7 +17,7 @@ from tactile_baxter_fingertip.hue_intensity import (
     HueIntensityCalibrator,
     HueIntensityOptions,
 )
-from tactile_core.algorithms.normal_xy import to_gradient
+from tactile_core.algorithms.photometric import to_gradient
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.slope_models.model_file import arrays_of

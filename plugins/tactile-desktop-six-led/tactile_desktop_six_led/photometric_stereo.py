@@ -18,8 +18,6 @@ from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.illumination import Light
-from tactile_core.interfaces.slope_models.for_reference import ForReference
-from tactile_core.interfaces.slope_models.image_shape import ImageShape, check_fitting, shape_of
 from tactile_core.interfaces.slope_models.model_file import (
     arrays_of,
     blur_from,
@@ -27,9 +25,15 @@ from tactile_core.interfaces.slope_models.model_file import (
     stored_model,
     write_model,
 )
-from tactile_core.interfaces.slope_models.options import SlopeOptions
-from tactile_core.interfaces.slope_models.samples import samples_of, scale_of
-from tactile_core.interfaces.slope_models.slope_model import slopes_of
+from tactile_core.interfaces.slope_models.samples import (
+    ImageShape,
+    SlopeOptions,
+    check_fitting,
+    samples_of,
+    scale_of,
+    shape_of,
+)
+from tactile_core.interfaces.slope_models.slope_model import ForReference, slopes_of
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift

@@ -14,10 +14,9 @@ import pytest
 pytest.importorskip("serial", reason="needs pyserial")
 from support.avr_board import Board, compile_board, compile_firmware, missing
 
-from tactile_core.builtin.leds.protocol import LineError, decode, encode
+from tactile_core.builtin.leds.led_box import LineError, decode, encode
 from tactile_core.builtin.leds.serial_leds import SerialLeds
-from tactile_core.builtin.leds.serial_link import SerialLink
-from tactile_core.builtin.leds.serial_port import open_port
+from tactile_core.builtin.leds.serial_link import SerialLink, open_port
 
 pytestmark = pytest.mark.skipif(
     bool(missing()), reason=f"needs {missing()}: apt install gcc gcc-avr avr-libc simavr"

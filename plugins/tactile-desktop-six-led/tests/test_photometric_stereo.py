@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from support.gains import MOST, gains
 
-from tactile_core.algorithms.normal_xy import to_gradient
+from tactile_core.algorithms.photometric import to_gradient
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.plugins.registry import resolve

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, PositiveInt
 
-from tactile_core.formats.saved_quantities import DESCRIPTION, arrays_of
+from tactile_core.formats.npz import DESCRIPTION, arrays_of
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.sink import Session, Sink

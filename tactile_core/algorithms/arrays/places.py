@@ -1,4 +1,4 @@
-"""Pixel coordinates of an image, and pixels nearest to points."""
+"""Places of points: rasterised, and their pitch."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tactile_core.algorithms.arrays.types import Array
 
 
 @lru_cache(maxsize=16)
@@ -30,3 +32,16 @@ def struck(points: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     inside = (columns.view(np.uintp) < shape[1]) & (rows.view(np.uintp) < shape[0])
     image.ravel()[(rows * shape[1] + columns)[inside]] = 1
     return image
+
+
+def spacings(points: Array) -> Array:
+    """Distance of each of (N, 2) points to its nearest neighbour, (N,); infinite for one point."""
+    from scipy.spatial import KDTree
+
+    found, _ = KDTree(points).query(points, k=[2])
+    return np.asarray(found)[:, 0]
+
+
+def pitch(points: Array) -> float:
+    """Median distance to the nearest neighbour; infinite for a single point or none."""
+    return float(np.median(spacings(points))) if len(points) else np.inf

@@ -1,8 +1,9 @@
-"""Array types by dtype, whose shapes the docstrings state, and the smallest denominator."""
+"""Types of arrays, and annotations of arrays."""
 
 from __future__ import annotations
 
-from typing import Any
+import types
+from typing import Any, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,3 +17,60 @@ Intp = NDArray[np.intp]
 UInt8 = NDArray[np.uint8]
 
 TINY = 1e-12  # Added to denominators against division by zero
+
+
+class Parts(NamedTuple):
+    """What an annotation admits.
+
+    Attributes
+    ----------
+    members : tuple
+        The types of the union, or the one type; ``NoneType`` among them if None is admitted.
+    extras : tuple
+        The metadata of ``Annotated``, the outermost last.
+    """
+
+    members: tuple[Any, ...]
+    extras: tuple[Any, ...]
+
+    @property
+    def types(self) -> tuple[Any, ...]:
+        """The members without None."""
+        return tuple(member for member in self.members if member is not types.NoneType)
+
+
+def parts(annotation: Any) -> Parts:
+    """Take an annotation apart, whatever aliases it is written with.
+
+    ``type X = …`` makes an object of its own from Python 3.12 on, and numpy's ``NDArray`` is one
+    from numpy 2.5 on; nothing in it can be read without asking for its value.
+    """
+    origin, args = get_origin(annotation), get_args(annotation)
+    if _is_alias(annotation):
+        return parts(annotation.__value__)
+    if _is_alias(origin):
+        return parts(_with_arguments(origin, args))
+    if hasattr(annotation, "__metadata__"):
+        within = parts(annotation.__origin__)
+        return Parts(within.members, (*within.extras, *annotation.__metadata__))
+    if origin in (Union, types.UnionType):
+        each = [parts(arg) for arg in args]
+        return Parts(
+            tuple(member for found in each for member in found.members),
+            tuple(extra for found in each for extra in found.extras),
+        )
+    return Parts((annotation,), ())
+
+
+def _is_alias(annotation: Any) -> bool:
+    # by name: before Python 3.14, typing_extensions has a class of its own
+    return type(annotation).__name__ == "TypeAliasType"
+
+
+def _with_arguments(alias: Any, args: tuple[Any, ...]) -> Any:
+    given = dict(zip(alias.__type_params__, args, strict=False))
+    value = alias.__value__
+    if value in alias.__type_params__:
+        return given.get(value, value)
+    within = getattr(value, "__parameters__", ())
+    return value[tuple(given.get(one, one) for one in within)] if within else value

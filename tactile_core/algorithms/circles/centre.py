@@ -8,10 +8,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
+from tactile_core.algorithms.circles.circle import Shape
 from tactile_core.algorithms.circles.light import Light, Samples, residuals
-from tactile_core.algorithms.circles.shape import Shape
 
 
 class CENTRE:

@@ -1,8 +1,14 @@
-"""Contact circle of a ball."""
+"""Circles in the image, their shape and symmetry."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.types import Float32, Float64
+from tactile_core.algorithms.circles.press import Change
 
 
 @dataclass(frozen=True)
@@ -33,3 +39,152 @@ class Circle:
     confidence: float = 1.0
     centre_std_px: float = float("nan")
     radius_std_px: float = float("nan")
+
+
+_LEAST_R = np.float32(1e-9)  # Keeps the divisor positive at the centre itself
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Shape of an indentation; all lengths are in ball radii.
+
+    Attributes
+    ----------
+    r : (J,) float64
+        Distances from the centre, equally spaced and increasing. Nearer to the centre the shape is
+        that of the ball.
+    sines : (J,) float64
+        Sine of the slope there.
+    """
+
+    r: Float64
+    sines: Float64
+
+    def normal(self, offset: Float32) -> tuple[Float32, Float32]:
+        """Unit normals at offsets from the centre, and their derivatives.
+
+        Parameters
+        ----------
+        offset : (2, N) float32
+
+        Returns
+        -------
+        normal : (2, N) float32
+            Their x and y components.
+        turn : (3, N) float32
+            Derivatives of x by x, of x and y by the other, and of y by y.
+        """
+        x, y = offset
+        if not len(self.r):
+            turn = np.ones((3, len(x)), np.float32)
+            turn[1] = 0
+            return offset, turn
+        r = np.maximum(np.sqrt(x * x + y * y), _LEAST_R)
+        step = (self.r[-1] - self.r[0]) / (len(self.r) - 1)
+        place = (r - np.float32(self.r[0])) / np.float32(step)
+        left = np.clip(place.astype(np.intp), 0, len(self.r) - 2)
+        sines = self.sines.astype(np.float32)
+        rise = (np.diff(sines) / np.float32(step))[left]
+        beyond = place > len(self.r) - 1
+        rise[beyond] = 0
+        sine = np.where(beyond, sines[-1], sines[left] + (place - left) * np.float32(step) * rise)
+        ratio = sine / r
+        bend = (rise - ratio) / (r * r)  # of the ratio by the distance, over the distance
+        ball = place < 0
+        ratio[ball], bend[ball] = 1, 0
+        return offset * ratio, np.stack([ratio + bend * x * x, bend * x * y, ratio + bend * y * y])
+
+
+BALL = Shape(np.zeros(0), np.zeros(0))  # The ball itself, without a border
+
+
+class SYMMETRY:
+    """Parameters of the search for the centre of symmetry.
+
+    Nothing sets them from outside: they are relative to the radius of the ball.
+    """
+
+    # [ball radii] Standard deviation of the smoothing before the place of the strongest change is
+    # taken.
+    blur_radii = 0.7
+    # [ball radii] Radius of the window around that place, and width over which it falls to 0.
+    window_radii = 1.6
+    taper_radii = 0.4
+    farthest_radii = 0.8  # [ball radii] Largest distance of the centre from that place
+    # [share of the greatest energy] Lower bound of the divisor of the score, so that a small
+    # overlap has no high score.
+    least_overlap = 0.25
+
+
+_EXCLUDED = -2.0  # Score of points that are too far away; scores are from −1 to 1
+
+
+def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
+    """Estimate the centre of a press from that press alone.
+
+    Opposite slopes change the colour oppositely, so d(c + v)·d(c − v) is negative on a ball with
+    centre c, and the self-convolution of the change d is most negative at 2c.
+
+    Parameters
+    ----------
+    change : Change
+    ball_radius : float
+        In working pixels.
+
+    Returns
+    -------
+    centre : (2,) float64
+        In working pixels, to half a pixel or better.
+    oddness : float
+        −1 (even) to 1 (perfectly odd).
+    """
+    values = change.weighted
+    energy = cv2.GaussianBlur(change.energy, (0, 0), SYMMETRY.blur_radii * ball_radius)
+    peak_y, peak_x = np.unravel_index(int(np.argmax(energy)), energy.shape)
+    # Nothing outside the window counts: transforming a section is faster.
+    reach = int(np.ceil(SYMMETRY.window_radii * ball_radius))
+    top, left = max(0, int(peak_y) - reach), max(0, int(peak_x) - reach)
+    section = np.s_[top : int(peak_y) + reach + 1, left : int(peak_x) + reach + 1]
+    values, weight = values[section], change.weight[section]
+    h, w = weight.shape
+    px, py = int(peak_x) - left, int(peak_y) - top
+    inside = SYMMETRY.window_radii - np.hypot(np.arange(w) - px, np.arange(h)[:, None] - py) / (
+        ball_radius
+    )
+    window = np.clip(inside, 0, SYMMETRY.taper_radii) / SYMMETRY.taper_radii
+    size = (2 * h, 2 * w)
+    spectrum = np.fft.rfft2(values * window[..., None], size, axes=(0, 1))
+    odd = np.fft.irfft2((spectrum**2).sum(2), size)
+    square = np.fft.rfft2(change.energy[section] * window, size)
+    even = np.fft.irfft2(square * np.fft.rfft2(weight * window, size), size)
+    score = -odd / np.maximum(even, SYMMETRY.least_overlap * even.max() + 1e-12)
+    far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)
+    score[far > SYMMETRY.farthest_radii * ball_radius] = _EXCLUDED
+    j, i = np.unravel_index(int(np.argmax(score)), score.shape)
+    peak = np.array([i, j], float)
+    if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:
+        lines = score[j, i - 1 : i + 2], score[j - 1 : j + 2, i]
+        peak += [vertex(line) if line.min() > _EXCLUDED else 0.0 for line in lines]
+    return peak / 2 + (left, top), float(score[j, i])
+
+
+def oddness_at(change: Change, centre: Float64, radius: float) -> float:
+    """Oddness of the change about a given centre, within a radius.
+
+    −1 is even and 1 is odd; 0 where nothing is visible.
+    """
+    x, y = change.disc(centre, radius)
+    h, w = change.shape
+    opposite = np.rint(2 * centre - np.stack([x, y], 1)).astype(int)
+    inside = ((opposite >= 0) & (opposite < (w, h))).all(1)
+    values = change.weighted
+    here, there = values[y[inside], x[inside]], values[tuple(opposite[inside].T[::-1])]
+    square = float((here**2).sum() + (there**2).sum())
+    return -2 * float((here * there).sum()) / square if square > 0 else 0.0
+
+
+def vertex(three: Float64) -> float:
+    """Offset of the maximum of a parabola through three samples from the middle one."""
+    left, middle, right = three
+    curve = left - 2 * middle + right
+    return float(0.5 * (left - right) / curve) if curve < 0 else 0.0

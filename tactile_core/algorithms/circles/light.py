@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.quantile import quantile
-from tactile_core.algorithms.arrays.regression import terms
+from tactile_core.algorithms.arrays.regression import quantile, terms
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.press import Change
 

@@ -10,10 +10,9 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.border import NO_BORDER, Border, find_border
 from tactile_core.algorithms.circles.centre import BallPixels, FittedCentre
-from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.circle import BALL, Circle
 from tactile_core.algorithms.circles.light import LIGHT, Light, Samples, samples_on
 from tactile_core.algorithms.circles.press import disc
-from tactile_core.algorithms.circles.shape import BALL
 from tactile_core.algorithms.circles.start import Sighting, Start
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64
+from tactile_core.algorithms.circles.circle import odd_centre, oddness_at
 from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
-from tactile_core.algorithms.circles.symmetry import odd_centre, oddness_at
 
 
 class START:

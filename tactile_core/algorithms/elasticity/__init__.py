@@ -1,6 +1,6 @@
 """Mechanics of an elastic layer: its compliance, and what loads on its surface move."""
 
-from tactile_core.algorithms.elasticity.elastomer import (
+from tactile_core.algorithms.elasticity.elastic_layer import (
     GEL,
     POISSON_RATIO,
     SHEAR_MODULUS_MPA,

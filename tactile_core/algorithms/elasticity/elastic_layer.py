@@ -1,17 +1,116 @@
-"""Surface displacement of an elastic layer bonded to a rigid plate, by Fourier transforms.
-
-Linear elasticity at any thickness: the surface displacement at each wave number is proportional to
-the load, so a Fourier transform turns loads into displacements.
-"""
+"""Layers of elastomer."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike
 
-from tactile_core.algorithms.elasticity.elastomer import Elastomer
+from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response, Symbols
+
+
+class GEL:
+    """Properties of the gel where a profile gives none.
+
+    References
+    ----------
+    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
+       GelSight tactile sensor", ICRA, 2015.
+    """
+
+    # [mm] Thickness of the elastomer. Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
+    thickness_mm = 2.0
+    # [MPa] Shear modulus of the elastomer. Source: neo-Hookean coefficient of the silicone XP-565
+    # [1]_.
+    shear_modulus_mpa = 0.145
+    # [ratio] Poisson's ratio of the elastomer. Source: by hand, nearly incompressible; the papers
+    # give none.
+    poisson_ratio = 0.48
+
+
+THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = (
+    GEL.thickness_mm,
+    GEL.shear_modulus_mpa,
+    GEL.poisson_ratio,
+)
+
+
+class Compliance(NamedTuple):
+    """Displacement per traction at given wave numbers, mm/MPa.
+
+    With q the shear traction along the wave (L) or across it (T) and p the pressure,
+
+        u_L = along q_L − i coupling p,    u_T = across q_T,    w = normal p + i coupling q_L
+
+    where w is the indentation.
+
+    Attributes
+    ----------
+    along, across, normal, coupling : array of float64
+        In the shape of the wave numbers.
+    """
+
+    along: Array
+    across: Array
+    normal: Array
+    coupling: Array
+
+
+@dataclass(frozen=True)
+class Elastomer:
+    """A linear elastic layer of uniform thickness.
+
+    Attributes
+    ----------
+    thickness_mm : float
+        Thickness of the layer. ``inf`` is a half-space, for comparison with textbooks; its mean
+        displacement is undefined and set to zero.
+    shear_modulus_mpa : float
+    poisson_ratio : float
+        At most 0.5, an incompressible material.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985.
+    """
+
+    thickness_mm: float
+    shear_modulus_mpa: float
+    poisson_ratio: float
+
+    def compliance(self, wave_number: Array) -> Compliance:
+        """Return the compliance at wave numbers k ≥ 0, in 1/mm.
+
+        The lower face of the layer is fixed and its upper face is loaded by a sine wave. With
+        κ = 3 − 4ν and a = k h, the solutions share the denominator 2 κ cosh 2a + 1 + κ² + 4 a²,
+        except across the wave, where the layer is in simple shear.
+        """
+        k = np.asarray(wave_number, np.float64)
+        mu, nu, h = self.shear_modulus_mpa, self.poisson_ratio, self.thickness_mm
+        safe = np.where(k > 0, k, 1.0)
+        soft = 1 / (mu * safe)
+        if np.isinf(h):
+            moves = k > 0
+            plane = np.where(moves, (1 - nu) * soft, 0.0)
+            coupling = np.where(moves, -(0.5 - nu) * soft, 0.0)
+            return Compliance(plane, np.where(moves, soft, 0.0), plane, coupling)
+        kappa, a = 3 - 4 * nu, safe * h
+        decay = np.exp(-2 * a)  # all terms are divided by exp(2a), which would overflow
+        shared = kappa * (1 + decay**2) + (1 + kappa**2 + 4 * a**2) * decay
+        sinh, tail = kappa * (1 - decay**2), 4 * a * decay
+        bend = kappa * (kappa - 1) / 4
+        coupled = (bend * (2 * decay - 1 - decay**2) + 2 * a**2 * decay) * soft / shared
+        confined = (1 - 2 * nu) / (2 * mu * (1 - nu))  # 1 / (λ + 2µ)
+        return Compliance(
+            along=np.where(k > 0, (1 - nu) * soft * (sinh + tail) / shared, h / mu),
+            across=np.where(k > 0, soft * np.tanh(a), h / mu),
+            normal=np.where(k > 0, (1 - nu) * soft * (sinh - tail) / shared, h * confined),
+            coupling=np.where(k > 0, coupled, 0.0),
+        )
 
 
 class ElasticLayer(Response):

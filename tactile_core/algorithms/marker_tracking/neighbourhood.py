@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.quantile import sigma_of
+from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.marker_tracking.nearest import nearest
+from tactile_core.algorithms.marker_tracking.pairing import nearest
 from tactile_core.algorithms.marker_tracking.parameters import NEIGHBOURHOOD
 
 

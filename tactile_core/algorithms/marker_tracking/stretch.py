@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.quantile import sigma_of
-from tactile_core.algorithms.arrays.regression import terms
-from tactile_core.algorithms.marker_tracking.nearest import nearest
+from tactile_core.algorithms.arrays.regression import sigma_of, terms
+from tactile_core.algorithms.marker_tracking.pairing import nearest
 
 
 class STRETCH:

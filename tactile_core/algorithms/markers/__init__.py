@@ -1,10 +1,13 @@
 """Printed markers in one frame: contrast, mask, centroids, and the geometry of the lattice."""
 
-from tactile_core.algorithms.markers.contrast import contrast_of, reduction
-from tactile_core.algorithms.markers.count import detectable_diameter, expected_count, too_few
+from tactile_core.algorithms.markers.contrast import contrast_of, marker_mask, mask_of, reduction
+from tactile_core.algorithms.markers.count import (
+    detectable_diameter,
+    expected_count,
+    find_marker_diameter,
+    too_few,
+)
 from tactile_core.algorithms.markers.detection import find_markers
-from tactile_core.algorithms.markers.lattice import find_marker_diameter
-from tactile_core.algorithms.markers.mask import marker_mask, mask_of
 
 __all__ = [
     "contrast_of",

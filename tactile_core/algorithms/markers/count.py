@@ -1,13 +1,142 @@
-"""Number of markers in an image, compared with the number that their pitch lets expect."""
+"""The number of markers, and the lattice on which they are printed."""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.markers.contrast import contrast_of
+from tactile_core.algorithms.arrays.places import spacings
+from tactile_core.algorithms.arrays.types import Array, Bool
+from tactile_core.algorithms.markers.contrast import (
+    background_of,
+    brightness_of,
+    check_image,
+    contrast_of,
+)
 from tactile_core.algorithms.markers.detection import find_markers
-from tactile_core.algorithms.markers.lattice import find_marker_diameter
+
+
+class LATTICE:
+    """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried."""
+
+    # [px] The first diameter tried; smaller markers have too few pixels for a shape.
+    smallest_diameter_px = 3.0
+    # [ratio] The largest diameter tried fits this many times into the shorter side of the image.
+    # Source: by hand, : larger markers leave room for only a few.
+    diameters_per_side = 10.0
+    # [ratio] Ratio of successive diameters. Source: by hand, less than ``diameter_ratio``, so
+    # that the searches overlap.
+    diameter_step = 1.25
+    # [px and marker diameters] Standard deviation of the Gaussian before the search: a constant
+    # plus a share of the diameter.
+    smoothing_px = 0.3
+    smoothing_diameters = 0.08
+    # [share of the typical peak] A spot is the pixels whose contrast exceeds this share. Source:
+    # half of the maximum, the usual definition of a blurred width.
+    peak_share = 0.5
+    # [ratio] Spots count whose diameter differs from the one tried by less than this factor.
+    diameter_ratio = 1.45
+    min_contrast = 0.1  # [share of the background] Minimum of the typical contrast of the spots
+    # [count] Fewest spots that form a lattice. Source: by hand, fewer are found in textures, too.
+    min_markers = 12
+    # [share of the spots] Share of the spots that must have their nearest neighbour at the pitch.
+    regular_share = 0.7
+    # [pitches] Deviation of the distance to the nearest neighbour that counts as regular.
+    pitch_tolerance = 0.2
+    # [marker diameters] Minimum pitch; a weave has spots that nearly touch. Source: by hand, at
+    # half of the three diameters of the 2015 paper.
+    min_pitch_diameters = 1.5
+    # [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and
+    # of any spot.
+    min_area = 0.2
+    min_area_px: float = 3
+    # [share of the bounding box] Minimum area of a compact spot. Source: by hand, below the π/4
+    # of a disc.
+    fill = 0.55
+    aspect = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
+
+
+def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
+    """Find the diameter and the pitch of printed markers, if the gel has any.
+
+    Many diameters are tried. For each, dark spots count that are compact and close to that
+    diameter, and most of them must have their nearest neighbour at the same distance. The diameter
+    whose spots absorb most light wins.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, K) uint8, uint16 or float32
+        Image of the undeformed gel surface.
+
+    Returns
+    -------
+    (diameter_px, pitch_px) or None
+        None where fewer than twelve regular markers are found.
+
+    Raises
+    ------
+    InputError
+        The image is not (H, W, K).
+    """
+    check_image(pixels)
+    smallest_px = LATTICE.smallest_diameter_px
+    largest_px = min(pixels.shape[:2]) / LATTICE.diameters_per_side
+    count = max(0, int(np.log(largest_px / smallest_px) / np.log(LATTICE.diameter_step)) + 1)
+    tried = [_lattice(pixels, smallest_px * LATTICE.diameter_step**i) for i in range(count)]
+    found = [lattice for lattice in tried if lattice is not None]
+    if not found:
+        return None
+    _, diameter_px, pitch_px = max(found)
+    return diameter_px, pitch_px
+
+
+def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | None:
+    """(score, diameter, pitch) of the markers of about this diameter, if they form a lattice."""
+    sigma_px = LATTICE.smoothing_px + LATTICE.smoothing_diameters * diameter_px
+    brightness = cv2.GaussianBlur(brightness_of(pixels, 1).astype(np.float32), (0, 0), sigma_px)
+    background = background_of(brightness, diameter_px)
+    contrast = (background - brightness) / background
+    typical = _typical_peak(contrast, diameter_px)
+    centres, sizes = _compact_spots(contrast > LATTICE.peak_share * typical)
+    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(LATTICE.diameter_ratio)
+    if typical < LATTICE.min_contrast or fitting.sum() < LATTICE.min_markers:
+        return None
+    centres, sizes = centres[fitting], sizes[fitting]
+    nearest = spacings(centres)
+    pitch = float(np.median(nearest))
+    regular = np.abs(nearest / pitch - 1) < LATTICE.pitch_tolerance
+    if regular.sum() < max(LATTICE.min_markers, LATTICE.regular_share * fitting.size):
+        return None
+    size = float(np.median(sizes[regular]))
+    if pitch < LATTICE.min_pitch_diameters * size:
+        return None
+    # the score is the light that the spots absorb: corners of larger markers form a lattice, too
+    return float(regular.sum()) * size**2 * typical, size, pitch
+
+
+def _typical_peak(contrast: Array, diameter_px: float) -> float:
+    """Median of the peak contrast of the larger spots; 0 without any."""
+    from scipy.ndimage import maximum
+
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (contrast > LATTICE.min_contrast).view(np.uint8)
+    )
+    area = stats[1:, cv2.CC_STAT_AREA]
+    large = np.flatnonzero(area > LATTICE.min_area * diameter_px**2) + 1
+    if not large.size:
+        return 0.0
+    return float(np.median(maximum(contrast, np.asarray(labels, np.intp), large)))
+
+
+def _compact_spots(dark: Bool) -> tuple[Array, Array]:
+    """Centres (N, 2) and diameters (N,) of the compact spots that do not touch the border."""
+    _, _, stats, centres = cv2.connectedComponentsWithStats(dark.view(np.uint8))
+    x, y, width, height, area = stats.T
+    inside = (x > 0) & (y > 0) & (x + width < dark.shape[1]) & (y + height < dark.shape[0])
+    longer, shorter = np.maximum(width, height), np.minimum(width, height)
+    compact = (area > LATTICE.fill * width * height) & (longer < LATTICE.aspect * shorter)
+    keep = inside & compact & (area > LATTICE.min_area_px)
+    return centres[keep], np.sqrt(4 * area[keep] / np.pi)
 
 
 class COUNT:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.filling import filled
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.poisson.laplacian import Boundary, laplacian
+from tactile_core.algorithms.poisson.screened import Boundary, laplacian
 
 
 class MASKED:

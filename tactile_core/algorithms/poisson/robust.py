@@ -6,7 +6,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.poisson.integration import PoissonSolver
-from tactile_core.algorithms.poisson.laplacian import laplacian
+from tactile_core.algorithms.poisson.screened import laplacian
 from tactile_core.errors import InputError
 
 

@@ -1,28 +1,65 @@
-"""Slip from the imprint of the object: whether it moves relative to the gel surface.
-
-The object slips where its texture moves differently from the markers [1]_. Each frame is warped
-back along the markers, so that the gel surface is at rest. Whatever still moves then slips.
-
-References
-----------
-.. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
-   GelSight tactile sensor", ICRA, 2015.
-"""
+"""Follows an imprint, and the noise of one that rests."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from math import inf
 from operator import mul
+from statistics import median
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
 from tactile_core.algorithms.slip.imprint import Imprint, Motion, Step, step_between
-from tactile_core.algorithms.slip.still_noise import StillNoise
 from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
+
+
+class NOISE:
+    """Parameters of the noise."""
+
+    # [mm] RMS motion of the markers below which the surface is still. Source: twice the noise of
+    # a marker's motion between two frames, a tenth of a pixel each.
+    still_mm = 0.005
+    # [count] Still frames in which the noise is judged. Source: a second at 30 Hz; later ones may
+    # already show an object that slides steadily.
+    first = 30
+    # [count] Still frames that are needed to judge it. Source: by hand, the frames before a lift
+    # are about five.
+    fewest = 4
+    # [ratio] Largest median of the noise, relative to its minimum, that is steady. Source: a
+    # camera's noise varies by a tenth (recorded lifts), that of a compressed video by 4 to 75
+    # (recorded grasps), because each key frame draws the picture anew.
+    steady = 2.0
+
+
+class StillNoise:
+    """Variance of the change of one value between frames.
+
+    Attributes
+    ----------
+    variance : float
+        That of the two most similar successive frames so far; infinite before the second frame.
+    steady : bool
+        Whether it varies little while the surface is still.
+    """
+
+    def __init__(self) -> None:
+        self.variance = inf
+        self.steady = True
+        self._still: list[float] = []
+
+    def update(self, change: float, moved_mm: float) -> None:
+        """Take the mean squared change of a value, and the RMS motion of the markers."""
+        if change == 0:  # a frame that a camera or video repeats has no noise of its own
+            return
+        self.variance = min(self.variance, change)
+        if moved_mm < NOISE.still_mm and len(self._still) < NOISE.first:
+            self._still.append(change)
+            if len(self._still) >= NOISE.fewest:
+                self.steady = median(self._still) <= NOISE.steady * min(self._still)
 
 
 class IMPRINT:

@@ -6,18 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import Bool, Complex64, Intp
-from tactile_core.algorithms.slip.contact_motion import contact_motion, recent_motion
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import positions_mm
-from tactile_core.algorithms.slip.recent_fields import RecentFields, SpanLimits
+from tactile_core.algorithms.slip.recent_fields import RecentFields, SpanLimits, positions_mm
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
     StickRegion,
     far_weights,
     stick_region,
 )
+from tactile_core.algorithms.slip.touched import contact_motion, recent_motion
 from tactile_core.algorithms.slip.wide_contact import (
     WIDE_CONTACT,
     smoothed,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Complex64
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.pitch import pitch
+from tactile_core.algorithms.arrays.places import pitch
 from tactile_core.algorithms.arrays.shrinking import shrunk
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.markers import marker_mask

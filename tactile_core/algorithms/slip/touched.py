@@ -1,18 +1,34 @@
-"""The contact area for slip detection, from the steep ring at its border or from motion."""
+"""Where a contact is, and how it moves."""
 
 from __future__ import annotations
 
 from functools import cache, reduce
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.gradient import steepness
+from tactile_core.algorithms.arrays.filling import steepness
 from tactile_core.algorithms.arrays.places import struck
-from tactile_core.algorithms.arrays.quantile import quantile
+from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import shrunk
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
-from tactile_core.algorithms.slip.plane import sampled
+from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Intp, UInt8
+from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.slip.recent_fields import (
+    positions_mm,
+    sampled,
+    since,
+    since_at,
+    strain,
+)
+from tactile_core.algorithms.slip.stick_region import (
+    STICK_REGION,
+    StickRegion,
+    calm_weights,
+    far_weights,
+    stick_region,
+)
 
 
 class RING:
@@ -87,7 +103,7 @@ def steepness_of(
     Parameters
     ----------
     cells, step_px, image_shape, stride
-        The height map, as for :func:`~tactile_core.algorithms.slip.plane.sampled`.
+        The height map, as for :func:`~tactile_core.algorithms.slip.recent_fields.sampled`.
     spacing_mm : float
         Distance between neighbouring grid points.
 
@@ -118,7 +134,7 @@ def contact_within_ring(
     Parameters
     ----------
     steep : (h, w) float32
-        :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
+        :func:`~tactile_core.algorithms.arrays.filling.steepness` or :func:`light_change`.
     min_steepness : float
         Minimum steepness at the border of any contact.
     steepest : float, optional
@@ -188,3 +204,95 @@ def _disc(radius: int) -> UInt8:
 
 
 _SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a grid point
+
+
+class ContactMotion(NamedTuple):
+    """Motion of points of a contact.
+
+    Attributes
+    ----------
+    points : (n,) intp
+        Flat indices.
+    displacement : (n,) complex64
+        Of each point, x + iy in mm.
+    weight : (n,) float32
+        Large for points that probably stick: :func:`calm_weights`.
+    entropy_bits : float
+        Entropy of the magnitude of the displacement in the whole contact.
+    region : StickRegion
+        The rigid motion of the points that stick.
+    """
+
+    points: Intp
+    displacement: Complex64
+    weight: Float32
+    entropy_bits: float
+    region: StickRegion
+
+
+def contact_motion(
+    now: Complex64,
+    before: Complex64,
+    spacing_mm: float,
+    mask: Bool,
+    every: int = 1,
+    *,
+    noise_mm: float = STICK_REGION.noise_mm,
+) -> ContactMotion:
+    """Return the motion since the load settled.
+
+    Parameters
+    ----------
+    now, before : (h, w) complex64
+        See :func:`since`.
+    spacing_mm : float
+        Distance between neighbouring grid points.
+    mask : (h, w) bool
+        The contact area; not empty.
+    every : int
+        Distance of the points in the list of all points of the contact, row by row.
+    noise_mm : float
+        Noise of a displacement.
+    """
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    # with a rim, so that the strain is that of the whole field
+    window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
+    moved, inside = since(now, before, spacing_mm, window=window), mask[window]
+    chosen = inside.ravel().nonzero()[0][::every]
+    displacement = moved.ravel()[chosen]
+    weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))
+    points = mask.ravel().nonzero()[0][::every]
+    position = positions_mm(mask.shape, spacing_mm).ravel()[points]
+    entropy_bits = displacement_entropy(np.abs(moved), inside)
+    region = stick_region(displacement, position, weight, noise_mm)
+    return ContactMotion(points, displacement, weight, entropy_bits, region)
+
+
+def recent_motion(
+    now: Complex64,
+    before: Complex64,
+    spacing_mm: float,
+    points: Intp,
+    weight: NDArray[Any],
+) -> tuple[Complex64, NDArray[Any]]:
+    """Return the motion of points of the contact since a recent field, and initial weights.
+
+    Parameters
+    ----------
+    now, before : (h, w) complex64
+        See :func:`since`.
+    spacing_mm : float
+        Distance between neighbouring grid points.
+    points : (n,) intp
+        Flat indices.
+    weight : (n,)
+        Of the stick region of a longer motion.
+
+    Returns
+    -------
+    displacement : (n,) complex64
+    weight : (n,)
+        Small for points that lag behind in either motion.
+    """
+    moved = since_at(now, before, spacing_mm, points)
+    return moved, weight * far_weights(moved)

@@ -19,12 +19,10 @@ from tactile_core.errors import (
     LibraryMissing,
 )
 from tactile_core.interfaces.camera import Trigger
-from tactile_core.interfaces.connected_device import ConnectedDevice
-from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
 _POLL_S = 0.1  # Longest wait for a request before the reader looks whether it should end, s

@@ -19,10 +19,9 @@ from tactile_core.interfaces.camera import Drop, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.encoded_image import TornImage, wall_time_at
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
-from tactile_core.recordings.file_names import sorted_by_name
+from tactile_core.recordings.session_files import sorted_by_name
 
 
 class FolderOptions(Options):

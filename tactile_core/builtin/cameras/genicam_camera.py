@@ -7,17 +7,18 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
-from tactile_core.builtin.cameras.genicam_source import GenicamSource, library, library_error
-from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
-from tactile_core.builtin.device_access import CLAIM, INSTEAD
-from tactile_core.builtin.usb_bus import USB3_VISION, usb_cameras
+from tactile_core.builtin.cameras.genicam_source import (
+    PIXEL_FORMATS,
+    GenicamSource,
+    library,
+    library_error,
+)
+from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, USB3_VISION, usb_cameras
 from tactile_core.errors import DeviceAbsent, DeviceError
 from tactile_core.interfaces.camera import Trigger
-from tactile_core.interfaces.connected_device import ConnectedDevice
-from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
 # Largest relative difference between a setting and what the camera chose, from its steps.

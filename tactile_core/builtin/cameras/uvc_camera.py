@@ -20,13 +20,10 @@ from tactile_core.builtin.cameras.video_controls import (
     set_named,
 )
 from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, selected, video_nodes
-from tactile_core.builtin.device_access import held, holders
-from tactile_core.builtin.usb_bus import VIDEO, usb_cameras
+from tactile_core.builtin.usb_bus import VIDEO, held, holders, usb_cameras
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
-from tactile_core.interfaces.connected_device import ConnectedDevice
-from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.streaming.image_reader import ImageSource
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+from tactile_core.interfaces.device import ConnectedDevice, Options
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 
 _SETTLING_FRAMES = 3  # Images that a camera may still expose with the settings before
 

@@ -17,7 +17,7 @@ from tactile_core.interfaces.streaming.encoded_image import (
     encoded_image,
     wall_time_at,
 )
-from tactile_core.interfaces.streaming.image_reader import ImageSource
+from tactile_core.interfaces.streaming.streaming_camera import ImageSource
 from tactile_core.quantities import Image
 
 # Variable with the seconds after which OpenCV gives up a read; it looks once a process.

@@ -8,7 +8,7 @@ import struct
 from dataclasses import dataclass
 from typing import Protocol
 
-from tactile_core.builtin.device_access import permission_advice
+from tactile_core.builtin.usb_bus import permission_advice
 from tactile_core.errors import DeviceError, DeviceForbidden
 
 # Requests VIDIOC_QUERYCTRL, VIDIOC_G_CTRL and VIDIOC_S_CTRL (`linux/videodev2.h`).

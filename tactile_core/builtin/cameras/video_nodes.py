@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tactile_core.builtin.device_access import CLAIM, INSTEAD
+from tactile_core.builtin.usb_bus import CLAIM, INSTEAD
 from tactile_core.errors import DeviceAbsent
 
 SYSFS = Path("/sys")  # Where the kernel describes devices

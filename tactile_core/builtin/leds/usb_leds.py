@@ -1,19 +1,158 @@
-"""``core.usb_leds``: a box of LEDs on USB, with vendor requests."""
+"""``core.usb_leds``: lights on a USB device, and the link to it."""
 
 from __future__ import annotations
 
 import errno
+import time
 from collections.abc import Iterator, Mapping
+from itertools import cycle
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, Field
 
-from tactile_core.builtin.device_access import CLAIM, INSTEAD
-from tactile_core.builtin.leds.led_box import BoxOptions, LedBox, Link
-from tactile_core.builtin.leds.usb_link import GONE, UsbLink, refused
-from tactile_core.builtin.usb_bus import described, port_path, usb_devices
-from tactile_core.errors import DeviceAbsent
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.builtin.leds.led_box import UNASKED, BoxInfo, BoxOptions, LedBox, LineError, Link
+from tactile_core.builtin.usb_bus import (
+    CLAIM,
+    INSTEAD,
+    described,
+    held,
+    node_of,
+    permission_advice,
+    port_path,
+    usb_devices,
+)
+from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
+from tactile_core.interfaces.device import ConnectedDevice
+
+_TO_BOX, _FROM_BOX = 0x40, 0xC0  # Request types: vendor request to the device, out and in
+
+_DESCRIBE, _SET, _STATUS, _ALIVE = 1, 2, 3, 4  # Requests of the protocol
+
+_INTERFACE = 0  # The interface that is claimed, so that no other program uses the box
+
+# Error numbers of a device that was unplugged.
+GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN, errno.ENOENT)
+
+
+class USB:
+    """Times and sizes of a connection over USB."""
+
+    # [s] Interval at which the status is asked for. Source: one frame of full-speed USB.
+    poll_s = 0.001
+    # [bytes] Bytes that a description has at most. Source: twice the line of the protocol.
+    longest_description = 128
+
+
+class UsbLink:
+    """A box on USB, claimed for this process.
+
+    Parameters
+    ----------
+    device : usb.core.Device
+        Released with the link, or if the box cannot be claimed or does not describe itself.
+    timeout_s : float
+        Longest wait for an acknowledgement.
+
+    Raises
+    ------
+    DeviceBusy, DeviceError
+        The box is in use, must not be opened, or has another version of the protocol.
+    """
+
+    def __init__(self, device: Any, timeout_s: float) -> None:
+        self.place = f"USB {port_path(device)}"
+        self._device = device
+        self._timeout_s = timeout_s
+        self._numbers = cycle(range(UNASKED + 1, 256))
+        try:
+            self._claim()
+            text = self._ask(_DESCRIBE, USB.longest_description, timeout_s)
+            self.info = BoxInfo.of(text.decode("ascii", "replace").split())
+        except LineError as error:
+            self.close()
+            raise DeviceError(f"the light box at {self.place} {error}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    def set_levels(self, levels: bytes) -> None:
+        """Set the level of each output, and return once the lights have settled."""
+        until = time.monotonic() + self._timeout_s
+        number = next(self._numbers)
+        self._say(_SET, number, levels)
+        time.sleep(min(self.info.settle_s, self._timeout_s))
+        while self._ask(_STATUS, 1, max(until - time.monotonic(), USB.poll_s)) != bytes([number]):
+            if time.monotonic() > until:
+                raise self._silent()
+            time.sleep(USB.poll_s)
+
+    def keep_alive(self) -> None:
+        """Keep the lights on."""
+        self._say(_ALIVE, UNASKED, b"")
+
+    def close(self) -> None:
+        """Release the device."""
+        import usb.util
+
+        usb.util.dispose_resources(self._device)
+
+    def _claim(self) -> None:
+        import usb.core
+        import usb.util
+
+        try:
+            usb.util.claim_interface(self._device, _INTERFACE)
+        except (usb.core.USBError, NotImplementedError) as error:
+            raise refused(self._device, error) from error
+
+    def _say(self, request: int, value: int, data: bytes) -> None:
+        self._transfer(_TO_BOX, request, value, data, self._timeout_s)
+
+    def _ask(self, request: int, length: int, timeout_s: float) -> bytes:
+        return bytes(self._transfer(_FROM_BOX, request, UNASKED, length, timeout_s))
+
+    def _transfer(self, kind: int, request: int, value: int, data: Any, timeout_s: float) -> Any:
+        import usb.core
+
+        milliseconds = max(1, round(1e3 * timeout_s))  # 0 would wait forever
+        try:
+            return self._device.ctrl_transfer(kind, request, value, 0, data, milliseconds)
+        except usb.core.USBTimeoutError as error:
+            raise self._silent() from error
+        except usb.core.USBError as error:
+            raise self._failed(error) from error
+
+    def _silent(self) -> DeviceError:
+        return DeviceError(
+            f"the light box at {self.place} does not answer within {self._timeout_s:g} s; check "
+            f"its cable and power"
+        )
+
+    def _failed(self, error: Any) -> DeviceError:
+        if error.errno == errno.EPIPE:
+            return DeviceError(
+                f"the light box at {self.place} refuses a request; load the firmware that belongs "
+                f"to this version of tactile-core"
+            )
+        if error.errno in GONE:
+            return LightsLost(
+                f"the light box at {self.place} was disconnected; plug it in and open the sensor "
+                f"again"
+            )
+        return refused(self._device, error)
+
+
+def refused(device: Any, error: Exception | None) -> DeviceError:
+    """Explain why a device cannot be opened or claimed."""
+    number, where = getattr(error, "errno", None), f"the light box at USB {port_path(device)}"
+    if number == errno.EACCES:
+        return DeviceForbidden(f"{where} must not be opened; {permission_advice()}")
+    if number == errno.EBUSY:
+        return DeviceBusy(f"{where} is in use{held(node_of(device))}; close that first")
+    if isinstance(error, NotImplementedError):
+        return DeviceError(f"{where} has no WinUSB driver; install it with Zadig (zadig.akeo.ie)")
+    return DeviceError(f"{where} cannot be used: {getattr(error, 'strerror', None) or error}")
+
 
 PRODUCT = "Tactile lights"  # How the product's name begins; ids may be shared with other projects
 

@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.builtin.networks.manifest import WRENCH, NetworkFile
+from tactile_core.builtin.networks.manifest import WRENCH, NetworkFile, Runtime
 from tactile_core.builtin.networks.network_step import NetworkStep, Observation
-from tactile_core.builtin.networks.runtime import Runtime
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext

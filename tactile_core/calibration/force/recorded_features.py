@@ -10,15 +10,15 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import InputError
-from tactile_core.interfaces.artefact import Artefact
+from tactile_core.interfaces.calibrator import Progress
 from tactile_core.interfaces.force_calibration import FittedForce
-from tactile_core.interfaces.progress import Progress
+from tactile_core.interfaces.section import Artefact
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.recordings.recording_list import NamedRecording
+from tactile_core.recordings.recovery import NamedRecording
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Work that must not delay live frames, in processes of its own or, for tests, at once."""
+"""The undeformed gel behind a touch, and what has changed."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ import pickle
 from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from operator import methodcaller
 from traceback import format_exception
 from typing import Any, ParamSpec, TypeVar
 
+import cv2
+import numpy as np
+
+from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.guided.bench import Bench
-from tactile_core.calibration.guided.examination import Examiner, Verdict
-from tactile_core.calibration.guided.prequential import Scorer
-from tactile_core.pipeline.worker_process import WorkerProcess
-from tactile_core.quantities import Frame
+from tactile_core.calibration.guided.coverage import Scorer
+from tactile_core.calibration.guided.examination import Bench, Examiner, Verdict
+from tactile_core.pipeline.workers import WorkerProcess
+from tactile_core.quantities import Frame, Reference
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -137,3 +142,90 @@ def _done(work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
     except Exception as error:  # as a process would hand it on
         future.set_exception(error)
     return future
+
+
+class CHANGE:
+    """Parameters of the change of live frames. Nothing sets them: they are ratios."""
+
+    # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
+    cells_per_ball = 5.0
+    # [count] Cells along the longer side, at most, so that a small ball costs no more time.
+    most_cells = 96
+    # [ball radii] Radius over which the change is averaged before it is called a contact. Source:
+    # that of the circle search (``START.blur_radii``).
+    blur_balls = 0.35
+    # [share of the full scale] Added to both intensities before the logarithm, which would dwell
+    # on noise in the dark. Source: that of the drift estimate (``DRIFT.dark_share``).
+    dark_share = 0.02
+    # [share of the strongest change] Cells with a larger change belong to the imprint.
+    imprint_share = 0.35
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Change of one frame.
+
+    Attributes
+    ----------
+    log_ratio : (h, w, K) float32
+        Logarithm of frame over reference in each cell, less its median over the image.
+    light : (K,) float32
+        That median: the change of the light.
+    strength : float
+        Largest change, averaged over a part of the ball; 0.1 is a change by a tenth.
+    middle_px : (2,) float64
+        Middle of the imprint, in image pixels.
+    imprint : (h, w) bool
+        Cells of the imprint.
+    """
+
+    log_ratio: np.ndarray
+    light: np.ndarray
+    strength: float
+    middle_px: Float64
+    imprint: Bool
+
+    def motion(self, earlier: Change) -> float:
+        """Return how much the imprint differs from an earlier one, relative to its strength."""
+        where = self.imprint | earlier.imprint
+        now, before = self.log_ratio[where], earlier.log_ratio[where]
+        total = float((now**2).sum() + (before**2).sum())
+        return float(np.sqrt(2 * ((now - before) ** 2).sum() / total)) if total > 0 else 0.0
+
+
+class UndeformedCells:
+    """The reference on the cells with which live frames are compared.
+
+    Parameters
+    ----------
+    reference : Reference
+    ball_radius_px : float
+    """
+
+    def __init__(self, reference: Reference, ball_radius_px: float) -> None:
+        rows, columns = reference.pixels.shape[:2]
+        side = max(ball_radius_px / CHANGE.cells_per_ball, max(rows, columns) / CHANGE.most_cells)
+        self._size = max(1, round(columns / side)), max(1, round(rows / side))
+        self._scale = columns / self._size[0], rows / self._size[1]
+        self._blur = max(0.5, CHANGE.blur_balls * ball_radius_px / self._scale[0])
+        self._offset = CHANGE.dark_share * reference.full_scale
+        self._undeformed = np.log(self._cells(reference.pixels))
+
+    def change(self, frame: Frame) -> Change:
+        """Compare a frame with the reference."""
+        ratio = np.log(self._cells(frame.pixels)) - self._undeformed
+        light = np.median(ratio, axis=(0, 1))
+        ratio -= light
+        energy = np.asarray(cv2.GaussianBlur((ratio**2).sum(2), (0, 0), self._blur))
+        top = float(energy.max())
+        imprint = energy > CHANGE.imprint_share**2 * top
+        weight = np.where(imprint, energy, 0)
+        total = max(float(weight.sum()), 1e-30)
+        y, x = np.mgrid[: energy.shape[0], : energy.shape[1]]
+        middle = np.array([(weight * x).sum(), (weight * y).sum()]) / total
+        middle_px = (middle + 0.5) * self._scale - 0.5
+        return Change(ratio, light, float(np.sqrt(top)), middle_px, imprint)
+
+    def _cells(self, pixels: np.ndarray) -> np.ndarray:
+        cells = shrunk(pixels, self._size).astype(np.float32)
+        return cells.reshape(*cells.shape[:2], -1) + np.float32(self._offset)

@@ -1,18 +1,194 @@
-"""Whether a still frame is a press to calibrate on, by the circles of ``tactile calibrate``."""
+"""Examines a touch beside the stream."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import atan2, degrees, hypot, radians, tan
+from typing import Self
 
+import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.circles import Circle, find_circles
-from tactile_core.calibration.guided.bench import NOWHERE, Bench
-from tactile_core.calibration.guided.beside import brightening, with_something_beside
+from tactile_core.algorithms.circles import Circle, Start, find_circles, working_scale
+from tactile_core.algorithms.dome import flat_equivalent
+from tactile_core.calibration.fitted_bundle import conditioning_for
+from tactile_core.calibration.light_range import dome_radius_px, thickness_of
+from tactile_core.calibration.press_search import check_ball, press_image
 from tactile_core.calibration.presses import FoundPress
-from tactile_core.errors import SequenceError
-from tactile_core.quantities import Frame
+from tactile_core.errors import InputError, SequenceError
+from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.plugins.options import calibrator_of
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame, Reference
+
+
+class BESIDE:
+    """Parameters of the search for a second contact. Nothing sets them: they are ratios."""
+
+    # [ball radii] What is farther from the centre is beside the ball. Source: chosen on virtual
+    # rigs: a second contact may overlap the first one, and the gel around a contact is steep as
+    # well.
+    far_balls: tuple[float, ...] = (1.4, 1.7)
+    # [ratio] A larger brightening than that of most presses times this is a second contact.
+    # Source: chosen on virtual rigs (``benchmarks/guided_calibration.py``): two contacts begin at
+    # 2.4, and single balls reach 2.2. Those of two real sensors reach 1.7.
+    typical = 2.3
+    # [count] From this number of presses on, most of them are single balls. Source: definition:
+    # the fewest with a median that two bad presses cannot move far.
+    fewest_presses = 5
+    # [ratio] Largest brightening beside the ball before there are so many. Source: by hand, :
+    # about half that of an equal ball.
+    largest = 0.9
+    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
+    # (``START.blur_radii``).
+    blur_balls = 0.35
+
+
+def brightening(press: FoundPress) -> Float64:
+    """Return how much brighter some place beside the ball has become.
+
+    Light that a slope reflects into the camera is brighter; the shadow of the ball, which may be
+    long, is not.
+
+    Returns
+    -------
+    (len(BESIDE.far_balls),) float64
+        For each distance from the centre, over the brightening on the ball and over the radius of
+        the contact in ball radii, with which it grows; 0 where the image ends before it.
+    """
+    assert press.start is not None
+    change, ball = press.start.shading.change, press.start.ball
+    brighter = (np.maximum(change.weighted, 0) ** 2).sum(2)
+    sigma = BESIDE.blur_balls * ball
+    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 0.1)
+    local = cv2.GaussianBlur(brighter, (0, 0), sigma) / total
+    x, y = change.to_working(np.asarray(press.centre_px))
+    h, w = local.shape
+    distance = np.hypot(np.arange(w) - x, np.arange(h)[:, None] - y)
+    on_ball = float(local.max(where=distance < ball, initial=1e-30))
+    most = [
+        float(local.max(where=distance > balls * ball, initial=0)) for balls in BESIDE.far_balls
+    ]
+    return np.sqrt(np.array(most) / on_ball) * press.ball_radius_px / press.radius_px
+
+
+def with_something_beside(presses: Mapping[str, Float64]) -> set[str]:
+    """Return the presses beside which something else touches.
+
+    How bright a gel becomes around a single ball depends on the sensor, so that each press is
+    compared with the median of all.
+
+    Parameters
+    ----------
+    presses : mapping of str to (len(BESIDE.far_balls),) float64
+        Brightening of each press by its name; of single balls for the most part.
+    """
+    if len(presses) < BESIDE.fewest_presses:
+        return {name for name, found in presses.items() if found.min() > BESIDE.largest}
+    largest = BESIDE.typical * np.median(list(presses.values()), axis=0)
+    return {name for name, found in presses.items() if (found > largest).any()}
+
+
+NOWHERE = Circle((0.0, 0.0), 0.0, used=False)  # Circle of a press that has not been searched
+
+
+class BENCH:
+    """Parameters of what can be calibrated on. Nothing sets them from outside."""
+
+    # [deg] A ball whose slope stays below this in the whole view teaches nothing. Source: by
+    # hand, : little more than the error of a good calibration.
+    least_slope_deg = 5.0
+
+
+class Bench:
+    """Prepares frames of a ball for the circle search.
+
+    Parameters
+    ----------
+    profile : Profile
+    reference : Reference
+        As averaged, without masks.
+    ball_diameter_mm : float
+    calibrator : Calibrator
+
+    Attributes
+    ----------
+    condition : Conditioning
+    calibrator : Calibrator
+    ball_radius_px, touching_px : float
+        Radius of the ball, and that of the ball that would touch a flat gel as it does.
+    """
+
+    def __init__(
+        self,
+        profile: Profile,
+        reference: Reference,
+        ball_diameter_mm: float,
+        calibrator: Calibrator,
+    ) -> None:
+        self.calibrator = calibrator
+        self.condition = conditioning_for(profile, reference, calibrator)
+        self.ball_radius_px = ball_diameter_mm / 2 / profile.image.mm_per_px
+        self._dome_px = dome_radius_px(profile)
+        self.touching_px = flat_equivalent(self.ball_radius_px, self._dome_px)
+        self._thickness_mm = thickness_of(profile)
+
+    @classmethod
+    def of(
+        cls,
+        profile: Profile,
+        reference: Reference,
+        ball_diameter_mm: float,
+        model: str | None = None,
+    ) -> Self:
+        """Make the bench of a sensor.
+
+        Raises
+        ------
+        InputError, ProfileError, PluginError
+            The ball is implausible, or the calibrator cannot be made.
+        """
+        check_ball(ball_diameter_mm, profile)
+        _check_slopes(ball_diameter_mm, profile)
+        calibrator = calibrator_of(profile.calibration, model)
+        return cls(profile, reference, ball_diameter_mm, calibrator)
+
+    def prepared(self, name: str, frame: Frame) -> FoundPress:
+        """Condition a frame and analyse it on its own; its circle is still :data:`NOWHERE`.
+
+        Raises
+        ------
+        SequenceError
+            An exposure of a sequence is dark, or shows another light than its own.
+        """
+        ready = self.condition(frame)
+        image = press_image(ready, self.condition.undeformed)
+        return FoundPress(
+            name,
+            ready,
+            NOWHERE,
+            self.ball_radius_px,
+            dome_radius_px=self._dome_px,
+            start=Start.of(image, self.touching_px, working_scale(self.touching_px)),
+            thickness_mm=self._thickness_mm,
+            for_heights=self.calibrator.fits == "heights",
+        )
+
+
+def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
+    """Refuse a ball that is nearly flat over the view."""
+    image = profile.image
+    reach_mm = hypot(image.width_px, image.height_px) / 2 * image.mm_per_px
+    slope_deg = degrees(atan2(reach_mm, ball_diameter_mm / 2))
+    if slope_deg < BENCH.least_slope_deg:
+        most_mm = 2 * reach_mm / tan(radians(BENCH.least_slope_deg))
+        raise InputError(
+            f"a ball of {ball_diameter_mm:g} mm is nearly flat over a view of "
+            f"{image.width_px * image.mm_per_px:.3g} mm; press one of at most {most_mm:.3g} mm, or "
+            f"correct --ball-diameter-mm"
+        )
 
 
 class EXAMINATION:

@@ -15,13 +15,16 @@ import numpy as np
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.circles.start import START
 from tactile_core.calibration.fitting import calibrate_presses
-from tactile_core.calibration.guided.background import AtOnce, InProcesses, naming_a_kill
-from tactile_core.calibration.guided.bench import Bench
-from tactile_core.calibration.guided.change import Change, UndeformedCells
-from tactile_core.calibration.guided.coverage import Coverage, Target
-from tactile_core.calibration.guided.examination import Verdict
+from tactile_core.calibration.guided.background import (
+    AtOnce,
+    Change,
+    InProcesses,
+    UndeformedCells,
+    naming_a_kill,
+)
+from tactile_core.calibration.guided.coverage import Coverage, Target, score_of, still_helps
+from tactile_core.calibration.guided.examination import Bench, Verdict
 from tactile_core.calibration.guided.guidance import Guidance, State
-from tactile_core.calibration.guided.prequential import score_of, still_helps
 from tactile_core.calibration.guided.touch import TOUCH, Still, Touches
 from tactile_core.calibration.guided_session import KEPT, WITHDRAWN
 from tactile_core.calibration.presses import FoundPress

@@ -1,14 +1,16 @@
-"""Touches in a stream of changes: when something touches, holds still, slides, and lifts."""
+"""Touches: what a press has shown, and where to press next."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.calibration.guided.change import Change
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.guided.background import Change, UndeformedCells
 from tactile_core.quantities import Frame
 
 
@@ -142,3 +144,32 @@ class Touches:
             if strength >= TOUCH.imprinted * last.strength
         ]
         return max(away, default=0.0) / self._ball_px
+
+
+def next_touch(frames: Iterable[Frame], bundle: Bundle) -> Frame | None:
+    """Return the frame in which the next thing that touches holds still.
+
+    What touches already at the beginning does not count.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        Live, in order.
+    bundle : Bundle
+        The calibration, made with a ball.
+
+    Returns
+    -------
+    Frame or None
+        None if the frames end before.
+    """
+    manifest = bundle.manifest
+    ball_px = min(manifest.ball_diameters_mm) / 2 / manifest.mm_per_px
+    cells, touches = UndeformedCells(bundle.reference, ball_px), Touches(ball_px)
+    lifted = False
+    for frame in frames:
+        still = touches.add(frame, cells.change(frame))
+        lifted |= not touches.touching
+        if still is not None and lifted:
+            return still.frame
+    return None

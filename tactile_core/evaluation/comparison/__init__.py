@@ -8,15 +8,15 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy
-from tactile_core.evaluation.comparison.clock import Clock, interleaved
 from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
-from tactile_core.evaluation.comparison.results import Comparison as Comparison
-from tactile_core.evaluation.comparison.results import Scored as Scored
+from tactile_core.evaluation.comparison.report import Clock, interleaved
+from tactile_core.evaluation.comparison.report import Comparison as Comparison
+from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.formats.saved_quantities import arrays_of
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.formats.npz import arrays_of
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame_of
 from tactile_core.recordings.recording import open_recording

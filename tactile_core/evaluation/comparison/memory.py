@@ -8,7 +8,7 @@ from typing import Any
 
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 
 # Frames that the process measures. Chosen by hand; memory no longer grows after the first few.
 FRAMES = 20

@@ -1,16 +1,95 @@
-"""Report of a comparison: a table, and a page with figures of one frame."""
+"""The report of a comparison."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from tactile_core.evaluation.comparison.results import Comparison
 from tactile_core.evaluation.comparison.truth import Arrays
-from tactile_core.quantities.layers import Outline, Surface
-from tactile_core.views import html
+from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.profiles.model import Profile
+from tactile_core.quantities import Frame
+from tactile_core.quantities.fields import Outline, Surface
+from tactile_core.views.html import figure, heading, page, paragraph, table
 from tactile_core.views.maps import Overlay, deviation, relief
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Accuracy, time and memory of one variant.
+
+    Attributes
+    ----------
+    name : str
+        ``as it is`` for the unchanged profile, or the swap.
+    accuracy : dict
+        See :meth:`~tactile_core.evaluation.comparison.accuracy.Accuracy.summary`.
+    latency_ms : (n,) tuple of float
+        Time from frame to reading, one thread, without the first frame (warm-up).
+    peak_memory_mib : float or None
+        Peak resident memory of a process that only measures this recording, including Python and
+        libraries; None if the system does not report it.
+    notes : tuple of str
+        Notes of the sensor on opening.
+    """
+
+    name: str
+    accuracy: dict[str, Any]
+    latency_ms: tuple[float, ...]
+    peak_memory_mib: float | None
+    notes: tuple[str, ...] = ()
+
+    def summary(self) -> dict[str, Any]:
+        """JSON-ready."""
+        median, p90 = np.percentile(self.latency_ms, [50, 90])
+        return {
+            "variant": self.name,
+            **self.accuracy,
+            "latency_ms": {"median": round(float(median), 3), "p90": round(float(p90), 3)},
+            "timed_frames": len(self.latency_ms),
+            "peak_memory_mib": self.peak_memory_mib and round(self.peak_memory_mib, 1),
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Scores of the variants of a profile on one recording.
+
+    Attributes
+    ----------
+    profile : Profile
+    frames : int
+        Number of scored frames.
+    variants : tuple of Scored
+        The unchanged profile, then one variant per swap.
+    shown : str
+        Name of the frame with the highest true peak, for figures.
+    shown_truth : mapping of name to array
+        Ground truth of this frame.
+    shown_arrays : tuple of mapping
+        Measurements of this frame by each variant.
+    """
+
+    profile: Profile
+    frames: int
+    variants: tuple[Scored, ...]
+    shown: str
+    shown_truth: Arrays
+    shown_arrays: tuple[Arrays, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """The output of ``tactile compare --json``."""
+        return {
+            "profile": self.profile.name,
+            "frames": self.frames,
+            "variants": [scored.summary() for scored in self.variants],
+        }
+
 
 NOTHING = "–"  # Cell of a score that does not exist
 
@@ -49,15 +128,15 @@ def comparison_table(comparison: Comparison) -> tuple[list[str], list[list[str]]
 def comparison_page(comparison: Comparison) -> str:
     """HTML of the table, and figures of the frame with the highest true peak."""
     parts = [
-        html.paragraph(f"{comparison.profile.name}: {comparison.frames} frames."),
-        html.table(*comparison_table(comparison)),
-        html.paragraph(_EXPLAINED),
+        paragraph(f"{comparison.profile.name}: {comparison.frames} frames."),
+        table(*comparison_table(comparison)),
+        paragraph(_EXPLAINED),
     ]
     truth = comparison.shown_truth
     if "height_mm" in truth:
-        parts.append(html.heading(f"Frame {comparison.shown}"))
+        parts.append(heading(f"Frame {comparison.shown}"))
         parts += _figures(comparison, truth)
-    return html.page("Comparison of variants on one recording", parts)
+    return page("Comparison of variants on one recording", parts)
 
 
 def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
@@ -68,15 +147,15 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
     errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
     # one scale for all figures; single pixels do not set it
     most_mm = max((float(np.percentile(error, _ERROR_PERCENTILE)) for error in errors), default=0.0)
-    figures = [html.figure(relief(true_map, _contact(truth)), "truth")]
+    figures = [figure(relief(true_map, _contact(truth)), "truth")]
     for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
-        figures.append(html.heading(variant.name))
+        figures.append(heading(variant.name))
         if height is None:
-            figures.append(html.paragraph("No height was measured."))
+            figures.append(paragraph("No height was measured."))
             continue
-        figures.append(html.figure(relief(height, _contact(arrays)), "measured"))
+        figures.append(figure(relief(height, _contact(arrays)), "measured"))
         error = deviation(height, true_map, most_mm=most_mm)
-        figures.append(html.figure(error, "height error (red: too high)"))
+        figures.append(figure(error, "height error (red: too high)"))
     return figures
 
 
@@ -119,3 +198,63 @@ def _other(value: Any) -> str:
     if value is None:
         return NOTHING
     return " ".join(f"{v:.4g}" for v in (value if isinstance(value, list) else [value]))
+
+
+# Fewest frames to time; shorter recordings are repeated, for timing only. Chosen by hand.
+LEAST_FRAMES = 20
+
+
+def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
+    """Yield the readings of each frame; the streams rotate so that each is first equally often."""
+    number = 0
+    while True:
+        readings: dict[int, Reading] = {}
+        for turn in range(len(streams)):
+            index = (number + turn) % len(streams)
+            reading = next(streams[index], None)
+            if reading is None:
+                return
+            readings[index] = reading
+        yield [readings[index] for index in range(len(streams))]
+        number += 1
+
+
+class Clock:
+    """Collects the latencies of readings.
+
+    The first reading is a warm-up (it prepares tables) and is not counted.
+
+    Parameters
+    ----------
+    pipelines : sequence of Pipeline
+        Pipelines of the readings.
+    """
+
+    def __init__(self, pipelines: Sequence[Pipeline]) -> None:
+        self._pipelines = pipelines
+        self._latency_ms: list[list[float]] = [[] for _ in pipelines]
+        self._frames: list[Frame] = []
+        self._warm = False
+
+    def latency_ms(self, index: int) -> tuple[float, ...]:
+        """Latencies of one pipeline."""
+        return tuple(self._latency_ms[index])
+
+    def note(self, readings: Sequence[Reading]) -> None:
+        """Count the readings of a frame, one of each pipeline."""
+        if len(self._frames) < LEAST_FRAMES:
+            # marker detection is part of the time, so a repetition has to detect them again
+            self._frames.append(replace(readings[0].frame, marker_mask=None))
+        if self._warm:
+            for times, reading in zip(self._latency_ms, readings, strict=True):
+                times.append(reading.latency_ms)
+        self._warm = True
+
+    def fill(self) -> None:
+        """Repeat the first frames until enough are timed."""
+        while len(self._latency_ms[0]) < LEAST_FRAMES:
+            for pipeline in self._pipelines:
+                pipeline.reset()
+            again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
+            for readings in interleaved(again):
+                self.note(readings)

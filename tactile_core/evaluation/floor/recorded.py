@@ -8,9 +8,9 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
-from tactile_core.evaluation.floor.least_force import FLOOR, Floor, estimates, floor_of
-from tactile_core.formats.force_table import read_forces
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.evaluation.floor.virtual import FLOOR, Floor, estimates, floor_of
+from tactile_core.formats.labels import read_forces
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.model import Profile
 

@@ -10,20 +10,20 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import LibraryMissing
-from tactile_core.evaluation.force_training.recorded import recorded_samples
 from tactile_core.evaluation.force_training.samples import (
     UnitSamples,
     kept_samples,
     mirrored_channels,
+    recorded_samples,
     sample_size,
 )
-from tactile_core.evaluation.force_training.scores import (
+from tactile_core.evaluation.force_training.training import (
     ForceScore,
     covered,
     fitted_std,
     force_scores,
 )
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.force_data import CELL_PX, FORCE_DATA, TRAINING_OBJECTS, UNSEEN_OBJECTS
 

@@ -10,7 +10,7 @@ from time import perf_counter
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.stream import Stream
 from tactile_core.evaluation.timing.unit import VirtualUnit
-from tactile_core.pipeline.worker_process import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess
 
 # Frames before timing starts. Chosen by hand; the first one compiles and prepares tables.
 WARM_UP_FRAMES = 4

@@ -10,13 +10,13 @@ from time import perf_counter
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.conditioning.sequence_check import is_sequential
+from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.evaluation.timing.unit import VirtualUnit
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.returned import measured_by
+from tactile_core.plugins.blame import measured_by
 from tactile_core.quantities import (
     Frame,
     Gradients,

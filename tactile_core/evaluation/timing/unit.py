@@ -19,7 +19,7 @@ from tactile_core.evaluation.timing.still import StillCamera
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.calibrators import calibrator_of, fitted_by
+from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import Axis, ColourTable
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
-from tactile_core.interfaces.slope_models.image_shape import ImageShape
+from tactile_core.interfaces.slope_models.samples import ImageShape
 
 FILE = "model.npz"  # Name of the file in the model's folder
 

@@ -1,17 +1,108 @@
-"""Training samples: features of pixels, and their normals' x and y components as targets."""
+"""Samples of colour and slope, and what a model may use of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
-from tactile_core.algorithms.normal_xy import to_normal_xy
+from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
+from tactile_core.algorithms.photometric import to_normal_xy
+from tactile_core.algorithms.slope_field import Sampler, SlopeField, takes_table
+from tactile_core.algorithms.slope_grid import Model
 from tactile_core.errors import CalibrationError
+from tactile_core.interfaces import device
 from tactile_core.interfaces.calibrator import Press
-from tactile_core.interfaces.slope_models.fields import sampler_of
-from tactile_core.interfaces.slope_models.image_shape import in_words
-from tactile_core.quantities import Float32, Reference
+from tactile_core.quantities import Float32, Frame, Reference
+
+
+class SlopeOptions(device.Options):
+    """Options of every calibrator whose model maps intensities to slopes."""
+
+    blur_px: float = Field(
+        default=2.0,
+        ge=0,
+        le=20,
+        description="Gaussian smoothing against the grain of the coating: standard deviation, px.",
+    )
+    blur_mm: float | None = Field(
+        default=None,
+        ge=0,
+        description="The same in mm on the gel, independent of the camera's scale; replaces "
+        "blur_px.",
+    )
+
+    @model_validator(mode="after")
+    def _one_blur(self) -> Self:
+        if {"blur_px", "blur_mm"} <= self.model_fields_set and self.blur_mm is not None:
+            raise ValueError("give blur_px or blur_mm, not both")
+        return self
+
+    def smoothing_px(self, mm_per_px: float) -> float:
+        """Return the standard deviation in px for an image of this scale, at most 20."""
+        return self.blur_px if self.blur_mm is None else min(20.0, self.blur_mm / mm_per_px)
+
+
+def slope_field(
+    function: Model,
+    table: ColourTable | None,
+    reference: Reference,
+    blur_px: float,
+) -> SlopeField:
+    """Prepare a fitted function for whole images."""
+    return SlopeField(
+        function,
+        table,
+        reference.pixels,
+        reference.marker_mask,
+        full_scale=reference.full_scale,
+        blur_px=blur_px,
+    )
+
+
+def sampler_of(reference: Reference, blur_px: float) -> Sampler:
+    """Prepare the features of single pixels (relative change and position) for one reference."""
+    return Sampler(
+        reference.pixels, reference.marker_mask, full_scale=reference.full_scale, blur_px=blur_px
+    )
+
+
+ImageShape = tuple[int, int, int]  # Height and width in px, and number of channels
+
+
+def shape_of(reference: Reference) -> ImageShape:
+    """Return (H, W, K) of a reference's pixels."""
+    height, width, channels = reference.pixels.shape
+    return height, width, channels
+
+
+def check_fitting(frame: Frame, reference: Reference, shape: ImageShape) -> None:
+    """Check that a frame and a reference have the (H, W, K) shape that a model was fitted to.
+
+    Raises
+    ------
+    CalibrationError
+        The size or number of channels differs, or the full scales of frame and reference differ.
+    """
+    for what, pixels in (("frame", frame.pixels), ("reference", reference.pixels)):
+        if pixels.shape != shape:
+            raise CalibrationError(
+                f"the calibration was fitted on images of {in_words(shape)} and this {what} "
+                f"is {in_words(pixels.shape)}; calibrate at the size of the input"
+            )
+    if frame.full_scale != reference.full_scale:
+        raise CalibrationError(
+            f"the frame's full scale is {frame.full_scale:g} and the reference's "
+            f"{reference.full_scale:g}; record both with the same bit depth"
+        )
+
+
+def in_words(shape: tuple[int, ...]) -> str:
+    """Format an (H, W, K) shape for a message."""
+    return f"{shape[1]} × {shape[0]} with {shape[2]} channels"
 
 
 class SAMPLES:
@@ -99,3 +190,67 @@ def too_few(presses: Sequence[Press]) -> CalibrationError:
     return CalibrationError(
         f"{len(presses)} presses hold too few pixels to fit on; record more presses, or larger ones"
     )
+
+
+class TABLE:
+    """Parameters of choosing a table.
+
+    Nothing sets them: the choice is checked against the model.
+    """
+
+    # [count] Numbers of points of the coarse grid over the image that are tried, in this order.
+    # Source: by hand, each grid is twice as fine as the one before.
+    points: tuple[int, ...] = (1_200, 4_800, 19_200)
+    # [sine of the angle] Largest mean distance between table and model. Source: the sine of 1°,
+    # half the error of the best models (``docs/reference/accuracy.md``).
+    largest_error = 0.0175
+    presses_compared = 4  # [count] Presses on which table and model are compared
+
+
+def baked(
+    model: Model,
+    features: Float32,
+    presses: Sequence[Press],
+    reference: Reference,
+    blur_px: float,
+) -> ColourTable | None:
+    """Return a table of a model over the colours of the training pixels; None if not needed."""
+    height, width, channels = shape_of(reference)
+    if not takes_table((height, width, channels)):
+        return None
+    table = bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
+    return faithful(table, model, presses, reference, blur_px)
+
+
+def faithful(
+    table: ColourTable,
+    model: Model,
+    presses: Sequence[Press],
+    reference: Reference,
+    blur_px: float,
+) -> ColourTable | None:
+    """Return the table on the coarsest grid that reproduces its model on some presses.
+
+    The necessary number of points depends on how fast the light varies over the gel.
+
+    Returns
+    -------
+    ColourTable, or None if no grid is fine enough
+    """
+    sampler = sampler_of(reference, blur_px)
+    step = max(1, len(presses) // TABLE.presses_compared)
+    some = presses[::step][: TABLE.presses_compared]
+    for points in TABLE.points:
+        candidate = replace(table, points=points)
+        field = slope_field(model, candidate, reference, blur_px)
+        distances = []
+        for press in some:
+            at = press.rows, press.columns
+            cells = field.measure(press.frame.pixels, press.frame.marker_mask)
+            gx, gy = cells.image(press.frame.pixels.shape[:2])
+            exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
+            fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
+            distances.append(np.linalg.norm(fast - exact, axis=1))
+        if np.concatenate(distances).mean() < TABLE.largest_error:
+            return candidate
+    return None

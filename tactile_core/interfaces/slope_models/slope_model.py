@@ -1,4 +1,4 @@
-"""A fitted function from intensity change and position to slope, with all that it needs."""
+"""Models that turn colours into slopes, around a reference."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
-from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.algorithms.validity import two_within
-from tactile_core.interfaces.slope_models.fields import slope_field
-from tactile_core.interfaces.slope_models.for_reference import ForReference
-from tactile_core.interfaces.slope_models.image_shape import ImageShape, check_fitting
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
     blur_from,
@@ -28,8 +26,36 @@ from tactile_core.interfaces.slope_models.model_file import (
     table_from,
     write_model,
 )
-from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
+from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting, slope_field
+from tactile_core.quantities import Bool, Float32, Frame, Gradients, Quantity, Reference
 from tactile_core.quantities.on_demand import Grid, on_demand
+
+R = TypeVar("R", bound=Quantity)
+T = TypeVar("T")
+
+
+class ForReference(Generic[R, T]):
+    """Caches the object that was prepared for the latest reference. Pickles drop the cache.
+
+    Parameters
+    ----------
+    prepare : callable
+        Maps a reference, or slopes of the reference, to the prepared object. It must pickle: a
+        module's function, or a method.
+    """
+
+    def __init__(self, prepare: Callable[[R], T]) -> None:
+        self._prepare = prepare
+        self._kept: tuple[R, T] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_kept": None}
+
+    def __call__(self, reference: R) -> T:
+        """Return the object for this reference; compares references by identity."""
+        if self._kept is None or self._kept[0] is not reference:
+            self._kept = reference, self._prepare(reference)
+        return self._kept[1]
 
 
 class SlopeFunction(Protocol):
@@ -65,7 +91,7 @@ class SlopeModel(Generic[F]):
         Standard deviation of the smoothing of the images.
     table : ColourTable or None
         A faster approximation for large images; see
-        :mod:`tactile_core.interfaces.slope_models.tables`.
+        :mod:`tactile_core.interfaces.slope_models.samples`.
 
     References
     ----------
@@ -190,3 +216,32 @@ def _measurable(frame: Frame, reliable: Callable[[], Bool] | None) -> Bool:
     if reliable is not None:
         measurable &= reliable()
     return measurable
+
+
+class SlopeCalibration(Calibration):
+    """Measures with a slope model; a subclass names the class of the fitted function.
+
+    Attributes
+    ----------
+    function : type of SlopeFunction
+        Class of the function that :meth:`load` rebuilds.
+    slopes : SlopeModel
+    """
+
+    function: ClassVar[type[SlopeFunction]]
+
+    def __init__(self, slopes: SlopeModel[Any]) -> None:
+        self.slopes = slopes
+
+    def measure(self, frame: Frame, reference: Reference) -> Gradients:
+        """Return the slopes of one frame; see :meth:`SlopeModel.measure`."""
+        return self.slopes.measure(frame, reference)
+
+    def save(self, directory: Path) -> None:
+        """Write ``model.npz``."""
+        self.slopes.save(directory)
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``model.npz``; see :meth:`SlopeModel.load`."""
+        return cls(SlopeModel.load(directory, cls.function))

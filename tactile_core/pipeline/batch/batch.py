@@ -8,12 +8,11 @@ from contextlib import closing
 from pathlib import Path
 
 from tactile_core.errors import InputError
+from tactile_core.formats.files import remove_leftovers
 from tactile_core.formats.folders import make_folder
-from tactile_core.formats.unfinished import remove_leftovers
-from tactile_core.interfaces.progress import Progress, Silent
+from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.batch.cluster import on_cluster
-from tactile_core.pipeline.batch.plan import check_folders, planned
-from tactile_core.pipeline.batch.processes import Step, in_processes
+from tactile_core.pipeline.batch.plan import Step, check_folders, in_processes, planned
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
@@ -36,7 +35,7 @@ class Batch:
         A profile, its name, or the path of its YAML file.
     inputs : sequence of Path
         Recordings, and folders of recordings; see
-        :func:`~tactile_core.recordings.recording_list.list_recordings`.
+        :func:`~tactile_core.recordings.recovery.list_recordings`.
     out : Path, optional
         Folder in which each recording has its results in a folder of its name. They appear there
         when they are complete.

@@ -1,28 +1,38 @@
-"""Which recordings are measured, how, and where their results go."""
+"""What a batch measures, and the processes that share it."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
+from functools import partial
 from pathlib import Path
+from queue import SimpleQueue
+from time import monotonic
 from typing import Any
 
 from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import SCAN_FILE
-from tactile_core.pipeline.batch.recording_job import RecordingJob
+from tactile_core.pipeline.batch.recording_job import (
+    MeasuredRecording,
+    RecordingJob,
+    failed,
+    measuring,
+)
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.pipeline.sinks import Sinks
+from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.kinds import is_recorded
-from tactile_core.recordings.output_folder import OutputFolder
-from tactile_core.recordings.recording_list import list_recordings
-from tactile_core.recordings.result_folder import own_files
+from tactile_core.recordings.output_folder import OutputFolder, own_files
+from tactile_core.recordings.recovery import list_recordings
 
 
 def planned(
@@ -126,3 +136,74 @@ def _content(path: Path) -> list[tuple[str, int, int]]:
 
 def _hash(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+_ATTEMPTS = 2  # How often a recording is begun whose process is killed
+
+_REPORT_EVERY_S = 0.2  # Time between two reports of a process
+
+# A job, and the measured share of its recording or, last, what came of it.
+Step = tuple[RecordingJob, float | MeasuredRecording]
+
+
+def in_processes(jobs: Sequence[RecordingJob], workers: int) -> Iterator[Step]:
+    """Measure recordings in parallel, and yield progress and results as they come.
+
+    A recording whose process is killed is measured again by a new one; the second time it fails.
+
+    Parameters
+    ----------
+    jobs : sequence of RecordingJob
+    workers : int
+        Number of processes.
+    """
+    steps = SimpleQueue[tuple[RecordingJob, float | MeasuredRecording | Exception]]()
+    begun = Counter[str]()
+
+    def measured(job: RecordingJob, worker: WorkerProcess) -> None:
+        try:
+            step = worker.ask(job)
+            while not isinstance(step, MeasuredRecording):
+                steps.put((job, step))
+                step = worker.ask(None)
+        except Exception as error:
+            steps.put((job, error))
+            raise
+        steps.put((job, step))
+
+    with Workers(min(workers, len(jobs)), _measuring) as crew:
+
+        def give(job: RecordingJob) -> None:
+            begun[job.name] += 1
+            crew.submit(partial(measured, job))
+
+        for job in jobs:
+            give(job)
+        left = len(jobs)
+        while left:
+            job, step = steps.get()
+            if isinstance(step, ChildProcessError) and begun[job.name] < _ATTEMPTS:
+                give(job)
+                continue
+            if isinstance(step, Exception):
+                step = failed(job, _twice(step) if isinstance(step, ChildProcessError) else step)
+            left -= isinstance(step, MeasuredRecording)
+            yield job, step
+
+
+def _twice(error: ChildProcessError) -> str:
+    return f"each time, {error}; measure it alone or use fewer workers"
+
+
+def _measuring() -> Generator[float | MeasuredRecording | None, RecordingJob, None]:
+    """Measure the recordings that come, and report some of the progress."""
+    job = yield None
+    while True:
+        said_s = monotonic()
+        with closing(measuring(job)) as steps:
+            for step in steps:
+                if isinstance(step, MeasuredRecording):
+                    job = yield step
+                elif monotonic() - said_s > _REPORT_EVERY_S:
+                    said_s = monotonic()
+                    yield step

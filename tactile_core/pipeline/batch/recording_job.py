@@ -17,8 +17,12 @@ from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.plugins.blame import blame_of
 from tactile_core.profiles.model import Profile
-from tactile_core.recordings.output_folder import OutputFolder
-from tactile_core.recordings.result_folder import READINGS, complete_results, report_of
+from tactile_core.recordings.output_folder import (
+    READINGS,
+    OutputFolder,
+    complete_results,
+    report_of,
+)
 
 
 @dataclass(frozen=True)

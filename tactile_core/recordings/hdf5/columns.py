@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.saved_quantities import DESCRIPTION, arrays_of
+from tactile_core.formats.npz import DESCRIPTION, arrays_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image
 from tactile_core.quantities.quantity import Guard, unguarded

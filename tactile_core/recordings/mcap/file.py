@@ -13,6 +13,15 @@ import numpy as np
 from tactile_core.errors import InputError
 from tactile_core.formats.images import decode_image
 from tactile_core.quantities import Image, Pixels, Reference
+from tactile_core.recordings.mcap.quantities import (
+    COMPRESSED_IMAGE,
+    EVENT,
+    IMAGE_INFO,
+    RAW_IMAGE,
+    REFERENCES,
+    form_of,
+    schema_class,
+)
 from tactile_core.recordings.mcap.records import (
     ATTACHMENT,
     CHANNEL,
@@ -25,15 +34,6 @@ from tactile_core.recordings.mcap.records import (
     Place,
     Record,
     text_at,
-)
-from tactile_core.recordings.mcap.topics import (
-    COMPRESSED_IMAGE,
-    EVENT,
-    IMAGE_INFO,
-    RAW_IMAGE,
-    REFERENCES,
-    form_of,
-    schema_class,
 )
 from tactile_core.recordings.recording_file import (
     REFERENCE,

@@ -19,7 +19,7 @@ from typing import IO, NamedTuple
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
-from tactile_core.recordings.mcap.topics import mcap_library
+from tactile_core.recordings.mcap.quantities import mcap_library
 
 MAGIC = b"\x89MCAP0\r\n"  # First and last bytes of a file
 

@@ -15,10 +15,8 @@ import numpy as np
 from tactile_core.formats.headers import kind_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.mcap.chunks import ChunkedFile
-from tactile_core.recordings.mcap.quantities import quantity_messages
-from tactile_core.recordings.mcap.topics import (
+from tactile_core.recordings.mcap.quantities import (
     COMPRESSED_IMAGE,
     EVENT,
     IMAGE_INFO,
@@ -27,9 +25,15 @@ from tactile_core.recordings.mcap.topics import (
     REFERENCES,
     encoding_of,
     mcap_library,
+    quantity_messages,
     schema_class,
 )
-from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
+from tactile_core.recordings.recorder import (
+    AppendedFile,
+    RecordedImage,
+    RecordedSession,
+    RecordingWriter,
+)
 from tactile_core.recordings.session_files import ESSENTIAL, reference_bytes, session_files
 
 _ANY_OBJECT = b'{"type": "object"}'  # JSON schema of an object with any keys

@@ -9,12 +9,9 @@ from numbers import Real
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.sim.indenters.height_map import HeightMapIndenter
-from tactile_core.sim.indenters.mesh import mesh_indenter
+from tactile_core.sim.indenters.mesh import HeightMapIndenter, Soft, Softness, mesh_indenter
 from tactile_core.sim.indenters.relief import TEXTURES, Textured
-from tactile_core.sim.indenters.shape import Indenter
-from tactile_core.sim.indenters.soft import Soft, Softness
-from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Sphere
+from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Indenter, Sphere
 from tactile_core.sim.indenters.textures import Cloth, Coin, Screw, letters
 
 KINDS: dict[str, Callable[..., Indenter]] = {

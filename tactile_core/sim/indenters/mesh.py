@@ -1,7 +1,8 @@
-"""Indenter from a mesh file; needs the optional extra ``mesh``."""
+"""Objects from meshes and height maps, and soft ones."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
+from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.errors import InputError
-from tactile_core.sim.indenters.height_map import HeightMapIndenter
-from tactile_core.sim.indenters.solids import positive
+from tactile_core.sim.indenters.solids import FAR_MM, Indenter, positive
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMapIndenter(Indenter):
+    """Object whose lower side is a height map; its middle is the object's origin.
+
+    Parameters
+    ----------
+    height_mm : (H, W)
+        Protrusion of each point towards the gel: the highest point makes contact first. NaN
+        outside the object. Interpolation between points is bilinear.
+    mm_per_px : float
+        Spacing of the points.
+    """
+
+    height_mm: Array
+    mm_per_px: float
+
+    def __post_init__(self) -> None:
+        try:
+            height = np.array(self.height_mm, np.float64)
+        except (TypeError, ValueError):
+            raise InputError("a height map should be rows of numbers of equal length") from None
+        if height.ndim != 2 or min(height.shape) < 2:
+            raise InputError(
+                f"a height map should have two dimensions of 2 or more points, not {height.shape}"
+            )
+        if not np.isfinite(height).any() or np.isinf(height).any():
+            raise InputError("a height map should have finite heights, or nan outside the object")
+        positive("a height map's mm_per_px", self.mm_per_px)
+        height.flags.writeable = False
+        object.__setattr__(self, "height_mm", height)
+
+    @property
+    def detail_mm(self) -> float | None:
+        """Shortest wavelength that the points can represent."""
+        return 2 * self.mm_per_px
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        from scipy.ndimage import map_coordinates
+
+        height = self.height_mm
+        rows, columns = height.shape
+        gap = np.where(np.isnan(height), FAR_MM, np.nanmax(height) - height)
+        column = np.asarray(x_mm) / self.mm_per_px + (columns - 1) / 2
+        row = np.asarray(y_mm) / self.mm_per_px + (rows - 1) / 2
+        values = map_coordinates(gap, [row, column], order=1, cval=FAR_MM, prefilter=False)
+        return np.asarray(values)
 
 
 class MESH:
@@ -115,3 +165,74 @@ def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
 def _span(a: float, b: float, c: float, size: int) -> tuple[int, int]:
     low, high = min(a, b, c), max(a, b, c)
     return max(int(np.floor(low)), 0), min(int(np.ceil(high)) + 1, size)
+
+
+@dataclass(frozen=True)
+class Softness:
+    """Layer of elastomer on an object.
+
+    Parameters
+    ----------
+    shear_modulus_mpa : float
+        Its relaxed value; the layer is elastic without viscosity.
+    thickness_mm : float
+    poisson_ratio : float
+        Above 0 and below 0.5.
+    """
+
+    shear_modulus_mpa: float
+    thickness_mm: float
+    poisson_ratio: float = POISSON_RATIO
+
+    def __post_init__(self) -> None:
+        positive("a soft object's shear_modulus_mpa", self.shear_modulus_mpa)
+        positive("a soft object's thickness_mm", self.thickness_mm)
+        if not 0 < self.poisson_ratio < 0.5:
+            raise InputError(
+                f"a soft object's poisson_ratio should be between 0 and 0.5, not "
+                f"{self.poisson_ratio:g}"
+            )
+
+    @property
+    def elastomer(self) -> Elastomer:
+        """The layer, for the mechanics."""
+        return Elastomer(self.thickness_mm, self.shear_modulus_mpa, self.poisson_ratio)
+
+
+@dataclass(frozen=True)
+class Soft(Indenter):
+    """Object whose surface is soft.
+
+    Parameters
+    ----------
+    base : Indenter
+        Its undeformed shape.
+    softness : Softness
+    """
+
+    base: Indenter
+    softness: Softness
+
+    @property
+    def rolling_radius_mm(self) -> float | None:
+        """That of the shape."""
+        return self.base.rolling_radius_mm
+
+    @property
+    def rolls_along_x(self) -> bool:
+        """That of the shape."""
+        return self.base.rolls_along_x
+
+    @property
+    def elastomer(self) -> Elastomer | None:
+        """The soft layer."""
+        return self.softness.elastomer
+
+    @property
+    def detail_mm(self) -> float | None:
+        """That of the shape."""
+        return self.base.detail_mm
+
+    def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
+        """See :meth:`Indenter.gap_mm`."""
+        return self.base.gap_mm(x_mm, y_mm)

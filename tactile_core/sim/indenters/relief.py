@@ -10,8 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
-from tactile_core.sim.indenters.shape import Indenter
-from tactile_core.sim.indenters.solids import positive
+from tactile_core.sim.indenters.solids import Indenter, positive
 from tactile_core.sim.indenters.textures import weave_gap
 
 

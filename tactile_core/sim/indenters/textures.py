@@ -9,9 +9,8 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
-from tactile_core.sim.indenters.height_map import HeightMapIndenter
-from tactile_core.sim.indenters.shape import FAR_MM, Indenter
-from tactile_core.sim.indenters.solids import positive, round_gap
+from tactile_core.sim.indenters.mesh import HeightMapIndenter
+from tactile_core.sim.indenters.solids import FAR_MM, Indenter, positive, round_gap
 
 
 class CoinParameters(NamedTuple):

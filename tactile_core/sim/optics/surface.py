@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.dome import rest_height
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.sim.banded import BandedMatrix
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import MarkerPrint
+from tactile_core.sim.refinement import BandedMatrix
 
 
 class SURFACE:

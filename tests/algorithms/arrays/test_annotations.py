@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typing_extensions import TypeAliasType
 
-from tactile_core.algorithms.arrays.annotations import parts
+from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import PluginError
 from tactile_core.quantities import FieldSpec, Quantity
 from tactile_core.quantities.fields import fields_of

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.arrays.refining import refined
-from tactile_core.algorithms.arrays.shrinking import interpolated
+from tactile_core.algorithms.arrays.shrinking import interpolated, refined
 
 
 def centres(count: int, side: float) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.force_fit.force_errors import fitted_error
+from tactile_core.algorithms.force_fit.cell_axes import fitted_error
 
 
 @pytest.mark.parametrize(("rest", "share"), [(0.05, 0.0), (0.02, 0.1), (0.1, 0.03)])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.force_fit.label_faults import (
+from tactile_core.algorithms.force_fit.cell_axes import (
     at_rest,
     is_clipped,
     rest_offset,

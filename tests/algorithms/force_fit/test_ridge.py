@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.force_fit.ridge import fitted_ridge
+from tactile_core.algorithms.force_fit.clock_offset import fitted_ridge
 
 
 @given(st.integers(0, 10_000), st.integers(1, 6))

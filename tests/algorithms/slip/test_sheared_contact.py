@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import positions_mm
+from tactile_core.algorithms.slip.recent_fields import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 
 SPACING_MM, SHAPE, RADIUS_MM = 0.22, (60, 80), 4.0

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.slip.slipped_share import (
+from tactile_core.algorithms.slip.cues import (
     SLIPPED_SHARE,
     slipped_share,
     slipped_share_std,

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.slip.plane import (
+from tactile_core.algorithms.slip.recent_fields import (
     as_complex,
     coarse,
     positions_mm,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.slip.still_noise import NOISE, StillNoise
+from tactile_core.algorithms.slip.imprint_tracker import NOISE, StillNoise
 
 
 def after(changes: list[float], moved_mm: float = 0.0) -> StillNoise:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.slip.cues import Cues
-from tactile_core.algorithms.slip.plane import positions_mm
+from tactile_core.algorithms.slip.recent_fields import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
 from tactile_core.algorithms.slip.wide_contact import fills_view, smoothed, smoothed_std_mm
 

@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core.builtin.cameras.dslr_camera import DslrCamera, DslrOptions, nearest
 from tactile_core.errors import DeviceBusy, DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 20.0
 

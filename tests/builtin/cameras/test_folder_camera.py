@@ -19,7 +19,7 @@ from tactile_core.errors import CameraLost, CameraTimeout, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 20.0
 NOTHING_S = 0.03

@@ -14,12 +14,12 @@ from support.gige_camera import ADDRESS, OtherProcess, PaintedCamera, alone, mis
 from tactile_core import claim_device, load_profile, open_sensor
 from tactile_core.builtin.cameras import genicam_camera, genicam_source
 from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
-from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
+from tactile_core.builtin.cameras.genicam_source import PIXEL_FORMATS
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError, InputError
 from tactile_core.interfaces.camera import Trigger
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 20.0
 WIDTH, HEIGHT = 128, 64

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.builtin.cameras.pixel_formats import PIXEL_FORMATS
+from tactile_core.builtin.cameras.genicam_source import PIXEL_FORMATS
 
 COLOUR = {"R": 200, "G": 90, "B": 40}
 

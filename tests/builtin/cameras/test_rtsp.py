@@ -10,7 +10,7 @@ from support.rtsp_server import BLUE, ENCODERS, GREEN, HEIGHT, RED, WIDTH, RtspS
 
 from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptions
 from tactile_core.errors import CameraLost, DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=f"needs: apt install {missing()}")
 

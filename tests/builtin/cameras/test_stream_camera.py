@@ -15,7 +15,7 @@ from support.mjpeg_server import BOUNDARY, Answer, Exchange, MjpegServer, jpeg
 
 from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptions, VideoSource
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceBusy, DeviceError, InputError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 20.0
 

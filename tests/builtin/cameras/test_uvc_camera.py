@@ -13,8 +13,8 @@ from support.sysfs import Sysfs
 from tactile_core.builtin.cameras import uvc_camera
 from tactile_core.builtin.cameras.uvc_camera import UvcCamera, UvcOptions
 from tactile_core.errors import DeviceError, InputError
-from tactile_core.interfaces.connected_device import ConnectedDevice
-from tactile_core.testing.footprint import Footprint
+from tactile_core.interfaces.device import ConnectedDevice
+from tactile_core.testing.imports import Footprint
 
 
 @pytest.fixture

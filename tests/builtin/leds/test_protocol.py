@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.builtin.leds.protocol import BoxInfo, LineError, checksum, decode, encode
+from tactile_core.builtin.leds.led_box import BoxInfo, LineError, checksum, decode, encode
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "light-protocol.md"
 WORDS = st.lists(st.text("ABCXYZ0123456789-_.", min_size=1, max_size=8), min_size=1, max_size=9)

@@ -20,10 +20,10 @@ from support.light_box import LIGHTS, LightBox, after, light_box
 from support.soak import share_of
 
 from tactile_core.builtin.leds import serial_link
-from tactile_core.builtin.leds.protocol import encode
+from tactile_core.builtin.leds.led_box import encode
 from tactile_core.builtin.leds.serial_leds import SerialLeds
 from tactile_core.errors import DeviceBusy, DeviceError
-from tactile_core.testing.footprint import Footprint, within
+from tactile_core.testing.imports import Footprint, within
 
 Words = tuple[str, ...]
 DARK = [0] * 6

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import pytest
 
 from tactile_core.builtin.leds.serial_leds import SerialLeds
-from tactile_core.builtin.leds.serial_port import SerialOptions, choose, open_port
+from tactile_core.builtin.leds.serial_link import SerialOptions, choose, open_port
 from tactile_core.errors import DeviceBusy, DeviceError
-from tactile_core.interfaces.connected_device import ConnectedDevice
+from tactile_core.interfaces.device import ConnectedDevice
 
 
 @dataclass

@@ -14,7 +14,7 @@ from support.usb_light_box import UsbLightBox
 
 from tactile_core.builtin.leds.usb_leds import UsbLeds
 from tactile_core.errors import DeviceBusy, DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 DARK = [0] * 6
 

@@ -15,7 +15,7 @@ from support.usbip_backend import UsbipBackend
 
 from tactile_core.builtin.leds.usb_leds import UsbLeds
 from tactile_core.errors import DeviceError
-from tactile_core.testing.footprint import Footprint
+from tactile_core.testing.imports import Footprint
 
 DARK = [0] * 6
 

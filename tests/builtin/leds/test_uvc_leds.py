@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.builtin.leds.uvc_leds import UvcLeds
+from tactile_core.builtin.leds.serial_leds import UvcLeds
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options

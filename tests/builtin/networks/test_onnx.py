@@ -12,7 +12,7 @@ import pytest
 from support.onnx_network import written_network
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.builtin.networks.onnx import Onnx
+from tactile_core.builtin.networks.network_step import Onnx
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

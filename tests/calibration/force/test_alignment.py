@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.calibration.force.alignment import aligned
+from tactile_core.calibration.force.fitting import aligned
 from tactile_core.interfaces.force_calibration import ForceSamples
 from tactile_core.quantities import Wrench
 

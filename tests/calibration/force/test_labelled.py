@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.calibration.force.labelled import labelled
 from tactile_core.calibration.force.recorded_features import RecordedFeatures
 from tactile_core.errors import CalibrationError, InputError
-from tactile_core.formats.force_table import ForceTable
+from tactile_core.formats.labels import ForceTable
 
 TIMES_S = np.arange(90) / 30
 

@@ -11,7 +11,7 @@ import pytest
 from experiments.virtual_hand import VirtualHand
 from tactile_core.acquisition.acquisition import average
 from tactile_core.calibration.guided.background import InProcesses
-from tactile_core.calibration.guided.bench import Bench
+from tactile_core.calibration.guided.examination import Bench
 
 SMALL = {
     "image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.09},

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from tactile_core import open_sensor
-from tactile_core.calibration.guided.bench import Bench
-from tactile_core.calibration.guided.beside import BESIDE, with_something_beside
-from tactile_core.calibration.guided.examination import Examiner
+from tactile_core.calibration.guided.examination import (
+    BESIDE,
+    Bench,
+    Examiner,
+    with_something_beside,
+)
 from tactile_core.profiles.loader import load_profile
 
 REPOSITORY = Path(__file__).resolve().parents[3]

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.evaluation.force_training.recorded import recorded_samples
 from tactile_core.evaluation.force_training.samples import (
     UnitSamples,
     kept_samples,
     mirrored_channels,
+    recorded_samples,
     sample_size,
 )
 from tactile_core.formats.images import write_png
-from tactile_core.interfaces.progress import Silent
+from tactile_core.interfaces.calibrator import Silent
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.force_data import TRAINING_OBJECTS
 

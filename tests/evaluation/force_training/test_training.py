@@ -88,7 +88,7 @@ def test_a_recording_with_forces_is_trained_on(tmp_path: Path) -> None:
 
 def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra train")
-    from tactile_core.builtin.networks.runtime import loaded
+    from tactile_core.builtin.networks.manifest import loaded
     from tactile_core.evaluation.force_training.export import onnx_bytes
     from tactile_core.evaluation.force_training.networks import LoadMap
 

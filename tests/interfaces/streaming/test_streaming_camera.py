@@ -13,8 +13,8 @@ from support.image_sources import TORN, Patient, Scripted, ScriptedCamera, numbe
 
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
 from tactile_core.interfaces.streaming.image_queue import ImageQueue, QueueParameters
-from tactile_core.interfaces.streaming.image_reader import ImageReader, ReaderParameters
-from tactile_core.testing.footprint import Footprint
+from tactile_core.interfaces.streaming.streaming_camera import ImageReader, ReaderParameters
+from tactile_core.testing.imports import Footprint
 
 PATIENCE_S = 10.0
 

@@ -14,7 +14,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import read_npz
-from tactile_core.pipeline.batch import processes
+from tactile_core.pipeline.batch import plan
 from tactile_core.pipeline.batch.batch import Batch
 from tactile_core.pipeline.batch.recording_job import MeasuredRecording
 from tactile_core.pipeline.opening import open_sensor
@@ -142,9 +142,9 @@ def test_a_killed_process_loses_nothing(
 ) -> None:
     inputs = many_recordings(lab, tmp_path / "long", NAMES, frames=60)
     alone = list(batch(lab, inputs, out=None, save=()).measure())
-    steps, killed = processes.in_processes, []
+    steps, killed = plan.in_processes, []
 
-    def with_a_murder(jobs: Any, workers: int) -> Iterator[processes.Step]:
+    def with_a_murder(jobs: Any, workers: int) -> Iterator[plan.Step]:
         for job, step in steps(jobs, workers):
             if not killed:
                 assert isinstance(step, float), "a recording was complete too early"
@@ -166,7 +166,7 @@ def test_a_recording_whose_process_is_killed_twice_is_left_out(
     inputs = many_recordings(lab, tmp_path / "long", NAMES[:1], frames=200)
     jobs = batch(lab, inputs, out=None, save=()).jobs
     results = []
-    for _, step in processes.in_processes(jobs, 1):
+    for _, step in plan.in_processes(jobs, 1):
         if isinstance(step, MeasuredRecording):
             results.append(step)
         else:
@@ -176,7 +176,7 @@ def test_a_recording_whose_process_is_killed_twice_is_left_out(
 
 def test_no_process_survives_a_batch_that_is_abandoned(lab: VirtualLab, tmp_path: Path) -> None:
     inputs = many_recordings(lab, tmp_path / "long", NAMES[:1], frames=200)
-    steps = processes.in_processes(batch(lab, inputs).jobs, 1)
+    steps = plan.in_processes(batch(lab, inputs).jobs, 1)
     next(steps)
     steps.close()  # type: ignore[attr-defined]
     assert not working()

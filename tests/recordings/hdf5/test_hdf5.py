@@ -14,7 +14,7 @@ import pytest
 from support.readings import SHAPE, contact, height, markers, reading, slopes
 
 from tactile_core.errors import InputError
-from tactile_core.formats.saved_quantities import quantities_in
+from tactile_core.formats.npz import quantities_in
 from tactile_core.quantities import (
     ContactMask,
     Gradients,
@@ -24,8 +24,7 @@ from tactile_core.quantities import (
     Reference,
     SlipState,
 )
-from tactile_core.recordings.hdf5.file import Hdf5File
-from tactile_core.recordings.hdf5.writer import Hdf5Writer
+from tactile_core.recordings.hdf5.file import Hdf5File, Hdf5Writer
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 

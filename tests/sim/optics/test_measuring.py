@@ -13,7 +13,7 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
-from tactile_core.plugins.calibrators import calibrator_of
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
 from tactile_core.sim.analytic_ball import BallPress

@@ -18,13 +18,13 @@ from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
 from scipy.spatial import KDTree
 from skimage import feature, measure, morphology, restoration, transform
 
-from tactile_core.algorithms.arrays.filling import filled
+from tactile_core.algorithms.arrays.filling import fill_unknown
 from tactile_core.algorithms.arrays.regression import fit_polynomial, quantile, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _parts
 from tactile_core.algorithms.displacement import decomposed
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
-from tactile_core.algorithms.marker_tracking.pairing import paired
+from tactile_core.algorithms.marker_tracking.pairing import pair_nearest
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_markers
 from tactile_core.algorithms.validity import two_within
@@ -132,8 +132,8 @@ def gaps() -> Iterator[Row]:
     def by_skimage() -> Array:
         return np.asarray(restoration.inpaint_biharmonic(image, hidden, split_into_regions=True))
 
-    yield "gaps: multigrid | inpaint_biharmonic", lambda: filled(image, ~hidden), by_skimage
-    yield "gaps: multigrid | LinearNDInterpolator", lambda: filled(image, ~hidden), by_triangles
+    yield "gaps: multigrid | inpaint_biharmonic", lambda: fill_unknown(image, ~hidden), by_skimage
+    yield "gaps: multigrid | LinearNDInterpolator", lambda: fill_unknown(image, ~hidden), by_triangles
     yield (
         "markers: local mean | cv2.inpaint",
         lambda: fill_markers(image[..., None], hidden, 27)[..., 0],
@@ -212,7 +212,7 @@ def tracking() -> Iterator[Row]:
 
     yield (
         "mutual nearest: cells | two trees",
-        lambda: paired(expected, found, np.full(len(expected), 10.0)),
+        lambda: pair_nearest(expected, found, np.full(len(expected), 10.0)),
         by_trees,
     )
     yield (

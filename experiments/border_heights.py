@@ -22,7 +22,7 @@ from experiments.press_sets import SETS, Presses
 from experiments.presses import calibrated
 from experiments.table_row import Row, command
 from experiments.virtual_unit import Pressed, VirtualUnit
-from tactile_core.calibration.press_search import find_presses, light_of, relocated
+from tactile_core.calibration.press_search import find_presses, light_of, relocate_press
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
@@ -133,7 +133,7 @@ def on_recordings(data: Path, chosen: Presses) -> Iterator[Far]:
             (frame,) = read_frames(pipeline.profile, file)
             reading = pipeline.process(frame)
             found = find_presses([file.name], [reading.frame], made.bundle.reference, ball_px)
-            press = relocated(found[0], light)
+            press = relocate_press(found[0], light)
             far = ~press.disc(FAR_RADII * press.radius_px)
             yield far_of(file.name, reading[HeightMap].mm, far)
 

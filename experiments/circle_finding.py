@@ -16,7 +16,7 @@ from scipy.stats import spearmanr
 from experiments.press_sets import SETS, Presses
 from experiments.virtual_presses import KINDS, VirtualUnit
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.press_search import find_presses, light_of, refound, relocated
+from tactile_core.calibration.press_search import find_presses, light_of, refound, relocate_press
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.targets import undeformed_sensor
 from tactile_core.conditioning.conditioning import Conditioning
@@ -111,7 +111,7 @@ def _apart(presses: list[FoundPress], others: list[FoundPress]) -> list[float]:
     if not others:
         return []
     light = light_of(others)
-    again = [relocated(press, light) for press in presses]
+    again = [relocate_press(press, light) for press in presses]
     pairs = zip(presses, again, strict=True)
     return [float(np.hypot(*np.subtract(a.centre_px, b.centre_px))) for a, b in pairs]
 

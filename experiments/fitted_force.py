@@ -15,7 +15,7 @@ from experiments.elastic_force import SHAPES, TOUCHES, touches
 from experiments.virtual_unit import VirtualUnit
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import LinearForce
-from tactile_core.calibration.force.result import held_out_forces, scored
+from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.force_calibration import ForceSamples
@@ -49,7 +49,7 @@ def main() -> None:
             ForceSamples(f"{kind} {sizes}", np.array(found), np.array(true))
             for (kind, sizes, _), found, true in zip(SHAPES, features, forces, strict=True)
         ]
-        scores = scored(sequences, *held_out_forces(sequences, step.fit))
+        scores = score_forces(sequences, *held_out_forces(sequences, step.fit))
         words = [f"{name} {one.r2:.3f} ({one.within_std:.0%})" for name, one in scores.items()]
         print(f"unit {seed}: {', '.join(words)}", flush=True)
 

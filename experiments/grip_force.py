@@ -18,7 +18,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import LinearForce
-from tactile_core.calibration.force.result import held_out_forces, scored
+from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.force_calibration import ForceSamples
@@ -95,7 +95,7 @@ def main() -> None:
     for words, clips in zip(("loading", "whole clips"), zip(*found, strict=True), strict=True):
         objects = by_object(clips)
         forces, std = held_out_forces(objects, step.fit)
-        score = scored(objects, forces, std)["fz_n"]
+        score = score_forces(objects, forces, std)["fz_n"]
         print(
             f"{words}: RMSE {score.rmse:.2f} N, {score.percent_of_range:.1f} % of the range, "
             f"R² {score.r2:.3f}, {score.within_std:.0%} within one standard deviation"

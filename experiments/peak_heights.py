@@ -17,7 +17,7 @@ import numpy as np
 
 from experiments.table_row import Row, command
 from experiments.virtual_unit import Pressed, VirtualUnit, unit_overrides
-from tactile_core.evaluation.demo import resolved
+from tactile_core.evaluation.demo import is_resolved
 from tactile_core.profiles.loader import list_rigs
 
 SHIPPED = ("baxter_fingertip", "desktop_six_led", "desktop_three_colour", "hex_fingertip")
@@ -31,7 +31,7 @@ class Peak:
     label: str
     seed: int
     ratio: float
-    resolved: bool
+    is_resolved: bool
 
 
 def objects(rng: np.random.Generator) -> Iterator[Pressed]:
@@ -55,7 +55,7 @@ def peaks(rig: str, seed: int) -> Iterator[Peak]:
         if found is not None:
             height, truth = found
             ratio = float(height.mm.max() / truth.height_mm.max())
-            seen = resolved(truth.height_mm, unit.pipeline.profile)
+            seen = is_resolved(truth.height_mm, unit.pipeline.profile)
             yield Peak(rig, pressed.label, seed, ratio, seen)
 
 

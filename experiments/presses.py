@@ -15,7 +15,7 @@ from experiments.press_sets import Presses
 from experiments.sphere import radius_px
 from experiments.table_row import Row, command
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.calibration.press_search import find_presses, light_of, relocated
+from tactile_core.calibration.press_search import find_presses, light_of, relocate_press
 from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import Calibrated
 from tactile_core.pipeline.pipeline import Pipeline
@@ -80,7 +80,7 @@ def half(
         (start,) = find_presses(
             [file.name], [reading.frame], made.bundle.reference, train[0].ball_radius_px
         )
-        press = relocated(start, light)
+        press = relocate_press(start, light)
         slopes = reading[Gradients]
         *_, true = press.true_gradients(press.scored())
         errors.append(press.normal_errors_deg(slopes))

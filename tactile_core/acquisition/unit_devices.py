@@ -81,7 +81,7 @@ def list_devices() -> DeviceList:
     for kind in KINDS:
         for use in _camera_names(kind):
             try:
-                for device in _connected(kind, use):
+                for device in _find_connected(kind, use):
                     unit = claims.unit_of(kind, device)
                     names = tuple(p.name for p in profiles if _fits(p, kind, use, device))
                     devices.append(ListedDevice(kind, use, device, names, unit))
@@ -105,7 +105,7 @@ def component_of(profile: Profile, kind: DeviceKind) -> Component | None:
     return profile.camera if kind == "camera" else profile.illumination.driver
 
 
-def _connected(kind: DeviceKind, use: str) -> Iterator[ConnectedDevice]:
+def _find_connected(kind: DeviceKind, use: str) -> Iterator[ConnectedDevice]:
     cls: type[Device] = resolve(kind, use)
     part = f"the list of devices of {use}"
     with blame(part, cls):
@@ -233,18 +233,18 @@ def with_unit_devices(profile: Profile, unit: str) -> Profile:
     held = claims.of(unit)
     update: dict[str, Any] = {}
     if "camera" in held:
-        update["camera"] = _claimed(profile.camera, camera, held["camera"], unit)
+        update["camera"] = _choose_claimed(profile.camera, camera, held["camera"], unit)
     else:
-        update["camera"] = _unclaimed(profile.camera, camera, claims, unit)
+        update["camera"] = _choose_unclaimed(profile.camera, camera, claims, unit)
     driver = component_of(profile, "light_driver")
     if driver is not None and "light_driver" in held:
         cls = resolve("light_driver", driver.use)
-        chosen = _claimed(driver, cls, held["light_driver"], unit)
+        chosen = _choose_claimed(driver, cls, held["light_driver"], unit)
         update["illumination"] = profile.illumination.model_copy(update={"driver": chosen})
     return profile.model_copy(update=update)
 
 
-def _claimed(component: Component, cls: type[Device], claim: Claim, unit: str) -> Component:
+def _choose_claimed(component: Component, cls: type[Device], claim: Claim, unit: str) -> Component:
     """Return the component with the options that choose the claimed device."""
     attribute = "port_path" if claim.serial is None else "serial"
     options = {of: option for option, of in cls.selectors.items()}
@@ -261,15 +261,15 @@ def _claimed(component: Component, cls: type[Device], claim: Claim, unit: str) -
     return Component.model_validate({"use": component.use, **kept, **chosen})
 
 
-def _unclaimed(component: Component, cls: type[Device], claims: Claims, unit: str) -> Component:
+def _choose_unclaimed(component: Component, cls: type[Device], claims: Claims, unit: str) -> Component:
     """Choose a camera for a unit that has claimed none."""
     if not cls.selectors:
         return component
-    there = [one for one in _listed(cls) if one.fits(component.options, cls.selectors)]
+    there = [one for one in _list_connected(cls) if one.fits(component.options, cls.selectors)]
     owners = {one: claims.unit_of("camera", one) for one in there}
     for one in there:
         if one.serial == unit and owners[one] is None:
-            return _claimed(component, cls, _claim(one, unit), unit)
+            return _choose_claimed(component, cls, _claim(one, unit), unit)
     free = [one for one in there if owners[one] is None]
     if there and not free:
         others = ", ".join(f"{one} belongs to {owners[one]!r}" for one in there)
@@ -278,11 +278,11 @@ def _unclaimed(component: Component, cls: type[Device], claims: Claims, unit: st
             f"with 'tactile devices --claim {unit}=DEVICE'"
         )
     if len(free) == 1 < len(there) and (free[0].serial or free[0].port_path):
-        return _claimed(component, cls, _claim(free[0], ""), unit)
+        return _choose_claimed(component, cls, _claim(free[0], ""), unit)
     return component
 
 
-def _listed(cls: type[Device]) -> Iterator[ConnectedDevice]:
+def _list_connected(cls: type[Device]) -> Iterator[ConnectedDevice]:
     with suppress(TactileError):  # opening the camera explains what is missing
         yield from cls.connected()
 

@@ -127,7 +127,7 @@ def _sums(samples: Array) -> Array:
     return np.asarray(across[:, 0::2] + across[:, 1::2])
 
 
-def fitted(change: Array, basis: Array, scales: tuple[float, ...]) -> Array:
+def fit_smooth_field(change: Array, basis: Array, scales: tuple[float, ...]) -> Array:
     """Fit a smooth field to the cells that agree with it; a contact is ignored.
 
     Iteratively reweighted least squares with Tukey's biweight, whose scale shrinks [1]_, from the
@@ -259,7 +259,7 @@ class Appearance:
 
     def _explained(self, change: Array, both: Bool) -> float:
         plane, change = self.plane[:, both], change[:, both]
-        return agreement(change - fitted(change, plane, SCALES) @ plane, TOLERANCE)
+        return agreement(change - fit_smooth_field(change, plane, SCALES) @ plane, TOLERANCE)
 
     @cached_property
     def _filters(self) -> Array:
@@ -299,7 +299,7 @@ class Appearance:
         )
         to_camera = self._view @ edges
         seen = self._image(self.seen.astype(np.float32))[0]
-        planes = [_filled(plane, seen) for plane in self._image(self.log)]
+        planes = [_fill_unseen(plane, seen) for plane in self._image(self.log)]
         for cause, motion in _motions():
             matrix = np.linalg.solve(to_camera, motion @ to_camera)
 
@@ -322,7 +322,7 @@ def _motions() -> Iterator[tuple[Mistake, Array]]:
         yield "cropped", np.array([[zoom, 0, (1 - zoom) * x], [0, zoom, (1 - zoom) * y], [0, 0, 1]])
 
 
-def _filled(plane: Array, seen: Array) -> Array:
+def _fill_unseen(plane: Array, seen: Array) -> Array:
     """Return a plane (R, C) whose unseen cells have the mean of their seen neighbours."""
     around = cv2.blur(plane * seen, (5, 5)) / np.maximum(cv2.blur(seen, (5, 5)), 1e-3)
     return np.where(seen > 0, plane, around)

@@ -156,7 +156,7 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
         spot = np.broadcast_to(np.asarray(where, np.float32), (len(changes), 2))
         total += model(np.concatenate([changes, spot], 1))
     normal_xy = as_complex(total / np.float32(len(places))).reshape((nodes,) * 3)
-    return ColourTable(axis, refined(normal_xy, axis.count, TABLE.halvings))
+    return ColourTable(axis, refine_table(normal_xy, axis.count, TABLE.halvings))
 
 
 def coarse_count(count: int, halvings: int) -> int:
@@ -165,7 +165,7 @@ def coarse_count(count: int, halvings: int) -> int:
     return -(-(count - 1) // step) + 1
 
 
-def refined(coarse: Complex64, count: int, halvings: int) -> Complex64:
+def refine_table(coarse: Complex64, count: int, halvings: int) -> Complex64:
     """Interpolate entries that are 2^halvings apart to a whole table, (count, count, count).
 
     Each halving puts a cubic through the four nearest entries between each two [1]_.
@@ -177,11 +177,11 @@ def refined(coarse: Complex64, count: int, halvings: int) -> Complex64:
     """
     for _ in range(halvings):
         for axis in range(3):
-            coarse = np.moveaxis(_halved(np.moveaxis(coarse, axis, 0)), 0, axis)
+            coarse = np.moveaxis(_insert_midpoints(np.moveaxis(coarse, axis, 0)), 0, axis)
     return np.ascontiguousarray(coarse[(slice(count),) * 3])
 
 
-def _halved(values: Complex64) -> Complex64:
+def _insert_midpoints(values: Complex64) -> Complex64:
     """Insert values between those along the first axis, (n, …) to (2 n − 1, …)."""
     finer = np.empty((2 * len(values) - 1, *values.shape[1:]), np.complex64)
     finer[::2] = values

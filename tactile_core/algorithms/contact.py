@@ -11,7 +11,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.filling import steepness
 from tactile_core.algorithms.arrays.regression import SIGMA_PER_MEDIAN, quantile
-from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.errors import InputError
@@ -110,7 +110,7 @@ def contact_mask(
     mask = np.zeros((rows, columns), np.uint8)
     shrink = max(step_px, round(math.sqrt(mask.size / CONTACT.coarse_px)))
     size = max(1, columns // shrink), max(1, rows // shrink)
-    coarse = shrunk(height_mm, size)
+    coarse = shrink_image(height_mm, size)
     highest_mm = float(coarse.max())
     noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * highest_mm)
     low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
@@ -210,7 +210,7 @@ def _draw(
     across, down = columns / coarse_size[0], rows / coarse_size[1]
     left, right = (round(across * i) for i in (x - 1, x + 1 + touched.shape[1]))
     top, bottom = (round(down * i) for i in (y - 1, y + 1 + touched.shape[0]))
-    near = repeated(np.asarray(near, np.uint8), (bottom - top, right - left))
+    near = repeat_pixels(np.asarray(near, np.uint8), (bottom - top, right - left))
     near = near[max(0, -top) : rows - top, max(0, -left) : columns - left]
     window = slice(max(0, top), min(rows, bottom)), slice(max(0, left), min(columns, right))
     mask[window] |= (_pixels(height_mm, step_px, window) > border_mm).view(np.uint8) & near
@@ -273,11 +273,11 @@ def rim_share(
     node = float(np.log(contact_radius_mm / thickness_mm)) / RIM.node
     low = int(np.floor(node))
     share = node - low
-    return (1 - share) * _at(low, poisson_ratio) + share * _at(low + 1, poisson_ratio)
+    return (1 - share) * _share_at(low, poisson_ratio) + share * _share_at(low + 1, poisson_ratio)
 
 
 @cache
-def _at(node: int, poisson_ratio: float) -> float:
+def _share_at(node: int, poisson_ratio: float) -> float:
     """Share at a node, for a layer of unit thickness."""
     from scipy.special import j0
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.shrinking import shorths, shrunk
+from tactile_core.algorithms.arrays.shrinking import shorths, shrink_image
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.levels import LEVELS
 
@@ -124,7 +124,7 @@ class ReferenceLevels:
     def _cell_means(self, pixels: Array) -> Array:
         """Means of neighbouring samples on a coarse grid, (K, N) float32."""
         samples = pixels[np.ix_(self._down, self._across)].astype(np.float32)
-        means = shrunk(samples, self._cells, halvings=0).reshape(-1, pixels.shape[2])
+        means = shrink_image(samples, self._cells, halvings=0).reshape(-1, pixels.shape[2])
         return np.ascontiguousarray(means.T)
 
 
@@ -160,7 +160,7 @@ def channel_gains(
     return ReferenceLevels(reference, full_scale).gains(pixels, marker_mask)
 
 
-def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
+def divide_by_gains(pixels: Array, gains: Array, full_scale: float) -> Array:
     """Divide each channel by its gain. Saturated intensities become the full scale.
 
     Parameters
@@ -176,18 +176,18 @@ def divided(pixels: Array, gains: Array, full_scale: float) -> Array:
     planar = pixels.transpose(2, 0, 1)
     if pixels.dtype == np.uint8:
         levels = np.arange(256, dtype=np.float32)
-        tables = np.rint(_compensated(levels[:, None], gains, full_scale)).astype(np.uint8)
+        tables = np.rint(_compensate_levels(levels[:, None], gains, full_scale)).astype(np.uint8)
         if not planar.flags.c_contiguous:
             return np.asarray(cv2.LUT(pixels, tables[None])).reshape(pixels.shape)
         out = np.empty_like(planar)
         for plane, table, into in zip(planar, tables.T.copy(), out, strict=True):
             cv2.LUT(plane, table, dst=into)
         return out.transpose(1, 2, 0)
-    result = _compensated(pixels.astype(np.float32), gains, full_scale)
+    result = _compensate_levels(pixels.astype(np.float32), gains, full_scale)
     return result if pixels.dtype == np.float32 else np.rint(result).astype(pixels.dtype)
 
 
-def _compensated(levels: Array, gains: Array, full_scale: float) -> Array:
+def _compensate_levels(levels: Array, gains: Array, full_scale: float) -> Array:
     result = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
     return np.where(levels < LEVELS.saturation_share * full_scale, result, np.float32(full_scale))
 

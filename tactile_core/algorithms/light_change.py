@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 
 
@@ -111,7 +111,7 @@ def change_in_detail(
     least = parameters.least_share * lit_from
     change = np.log(np.maximum(now, least) / np.maximum(before, least))
     sigma = parameters.kept_thicknesses * thickness_px * size[0] / width
-    kept = _amplitude(change - _smoothed(change, lit, sigma))
+    kept = _amplitude(change - _smooth_values(change, lit, sigma))
     return float(np.mean(kept[lit])) - _rest_level(change, lit, ~visible)
 
 
@@ -129,18 +129,18 @@ def _cells(
     """Mean intensities of the visible part of each cell, and the cells that are visible."""
     images = np.asarray(pixels, np.float32), np.asarray(reference, np.float32)
     if hidden is None or not hidden.any():
-        now, before = (shrunk(image, size) for image in images)
+        now, before = (shrink_image(image, size) for image in images)
         return now, before, np.ones(before.shape[:2], np.bool_)
     seen = (~hidden).astype(np.float32)
-    share = shrunk(seen, size)
+    share = shrink_image(seen, size)
     inverse = (1 / np.maximum(share, least_visible))[..., None]
     now, before = (
-        np.asarray(shrunk(image * seen[..., None], size) * inverse, np.float32) for image in images
+        np.asarray(shrink_image(image * seen[..., None], size) * inverse, np.float32) for image in images
     )
     return now, before, share >= least_visible
 
 
-def _smoothed(values: Float32, lit: Bool, sigma: float) -> Float32:
+def _smooth_values(values: Float32, lit: Bool, sigma: float) -> Float32:
     """Gaussian mean of the illuminated cells."""
     weight = lit.astype(np.float32)
     total = cv2.GaussianBlur(weight, (0, 0), sigma)
@@ -161,7 +161,7 @@ def _rest_level(change: Float32, lit: Bool, hidden: Bool) -> float:
 
     Hidden cells take the mean of their neighbours, because few cells have none.
     """
-    filled = np.where(lit[..., None], change, _smoothed(change, lit, 1.0))
+    filled = np.where(lit[..., None], change, _smooth_values(change, lit, 1.0))
     surface = (lit | hidden).astype(np.uint8)
     inside = cv2.erode(surface, np.ones(_LAPLACIAN.shape, np.uint8), borderValue=0).view(np.bool_)
     if not (inside & lit).any():
@@ -256,7 +256,7 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
         return None
     largest = max(regions, key=lambda region: region.area)
     surface = labels == largest.label
-    left, top, right, bottom = _shrunk(surface, largest.bbox)
+    left, top, right, bottom = _shrink_box(surface, largest.bbox)
     crop = max(left, top, size[0] - right, size[1] - bottom)
     share = (right - left) * (bottom - top) / (size[0] * size[1])
     if crop < LIT_AREA.least_crop_share * max(size) or share < LIT_AREA.least_area_share:
@@ -274,7 +274,7 @@ def _taper(surface: NDArray[np.bool_]) -> float:
     return min(ends) / max(ends)
 
 
-def _shrunk(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Box:
+def _shrink_box(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Box:
     """Left, top, right and bottom after moving in the darkest side until all are illuminated."""
     top, left, bottom, right = bounds
     while right - left > 2 and bottom - top > 2:

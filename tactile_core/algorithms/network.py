@@ -312,7 +312,7 @@ def shrunk_planes(values: Array, size: tuple[int, int]) -> Float32:
     return np.asarray(found, np.float32).reshape(size[1], size[0], -1)
 
 
-def normalised(
+def normalise_planes(
     planes: Float32,
     divisor: Float32 | float = 1.0,
     mean: Sequence[float] | float = 0.0,

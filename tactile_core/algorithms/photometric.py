@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.levels import LEVELS
 
@@ -163,7 +163,7 @@ class AroundMarkers:
         return np.asarray(filled)
 
     def _total(self, part: NDArray[Any]) -> Float32:
-        small = shrunk(part, self._coarse)
+        small = shrink_image(part, self._coarse)
         size = self._side, self._side
         # sums of bytes are exact, and means are not
         return np.asarray(cv2.boxFilter(small, cv2.CV_32F, size, normalize=False), np.float32)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.poisson.screened import solve_screened
@@ -110,15 +110,15 @@ def height_error(
     cell = columns / halves[0] * mm_per_px / thickness_mm
     margin = REST_AREA.margin_thicknesses / cell
     stiffness = (columns / size[0] * mm_per_px / thickness_mm / REST_AREA.decay_thicknesses) ** 2
-    coarse, across, down = (shrunk(plane, halves) for plane in (height_mm, gx, gy))
+    coarse, across, down = (shrink_image(plane, halves) for plane in (height_mm, gx, gy))
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
-    cells_mm = shrunk(coarse, size)
-    trust, error = stiffness * shrunk(_distant(undeformed, margin), size), np.zeros(size[::-1])
+    cells_mm = shrink_image(coarse, size)
+    trust, error = stiffness * shrink_image(_distant(undeformed, margin), size), np.zeros(size[::-1])
     for _ in range(REST_AREA.rounds):
         left_mm = cells_mm - error
         weight = trust / (1 + (np.maximum(left_mm, 0) / _raised_mm(left_mm)) ** 4)
         error = solve_screened(weight * cells_mm, weight + stiffness * REST_AREA.held)
-    return _enlarged(error.astype(np.float32), (rows, columns))
+    return _enlarge_cells(error.astype(np.float32), (rows, columns))
 
 
 @lru_cache(maxsize=16)
@@ -211,7 +211,7 @@ def _distance(undeformed: Bool) -> Float32:
     return np.asarray(cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
-def _enlarged(cells: Float32, shape: tuple[int, int]) -> Float32:
+def _enlarge_cells(cells: Float32, shape: tuple[int, int]) -> Float32:
     """Enlarge (h, w) cells that tile an image to (H, W), smoothly."""
     down, across = (_enlarging(*sides) for sides in zip(cells.shape, shape, strict=True))
     return np.asarray(down @ (cells @ across.T))

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrunk
+from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrink_image
 from tactile_core.algorithms.arrays.types import Bool
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
@@ -160,4 +160,4 @@ def _coarse(part: NDArray[Any], times: int) -> NDArray[Any]:
     below, right = rows * times - part.shape[0], columns * times - part.shape[1]
     if below or right:
         part = cv2.copyMakeBorder(part, 0, below, 0, right, cv2.BORDER_REPLICATE)
-    return shrunk(part, (columns, rows))
+    return shrink_image(part, (columns, rows))

@@ -131,10 +131,10 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFau
                 found.append(SequenceFault(int(k), best))
     if found:
         return tuple(sorted(found, key=lambda fault: fault.exposure))
-    return _repeated(seen.logs, bright, reference)
+    return _find_repeated(seen.logs, bright, reference)
 
 
-def _repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[SequenceFault, ...]:
+def _find_repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[SequenceFault, ...]:
     first, second = np.triu_indices(len(bright), 1)
     first, second = bright[first], bright[second]
     if not len(first):

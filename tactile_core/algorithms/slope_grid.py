@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import interpolated, shrunk
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells, shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
@@ -57,7 +57,7 @@ class SlopeCells(NamedTuple):
         if self.averaged or self.step_px == 1 or not averaged_for_heights(self.gx.shape):
             return self
         rows, columns = self.gx.shape
-        gx, gy = (shrunk(plane, (columns // 2, rows // 2)) for plane in (self.gx, self.gy))
+        gx, gy = (shrink_image(plane, (columns // 2, rows // 2)) for plane in (self.gx, self.gy))
         return SlopeCells(gx, gy, 2 * self.step_px, self.as_normals, averaged=True)
 
     def image(self, shape: tuple[int, int]) -> tuple[Float32, Float32]:
@@ -65,10 +65,10 @@ class SlopeCells(NamedTuple):
         if self.step_px == 1:
             return self.gx, self.gy
         if not self.as_normals:
-            gx, gy = (interpolated(plane, self.step_px, shape) for plane in (self.gx, self.gy))
+            gx, gy = (interpolate_cells(plane, self.step_px, shape) for plane in (self.gx, self.gy))
             return gx, gy
         normal_xy = to_normal_xy(np.stack([self.gx, self.gy], axis=-1))
-        gx, gy = (interpolated(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
+        gx, gy = (interpolate_cells(normal_xy[..., k], self.step_px, shape) for k in (0, 1))
         planes_to_gradient(gx, gy)
         return gx, gy
 
@@ -174,8 +174,8 @@ class SlopeGrid:
             # sums of whole rows of bytes are much faster than means of numbers
             sums = image.reshape(rows, times, -1).sum(axis=1, dtype=np.uint16)
             wide = sums.astype(np.float32).reshape(rows, *image.shape[1:])
-            return np.asarray(shrunk(wide, (columns, rows)) / np.float32(times), np.float32)
-        return np.asarray(shrunk(image.astype(np.float32, copy=False), self._coarse), np.float32)
+            return np.asarray(shrink_image(wide, (columns, rows)) / np.float32(times), np.float32)
+        return np.asarray(shrink_image(image.astype(np.float32, copy=False), self._coarse), np.float32)
 
     def _from_model(self, colours: Float32) -> Float32:
         """Evaluate the model on the coarse grid, (2, N)."""
@@ -216,7 +216,7 @@ class SlopeGrid:
         if h % rows:
             averages = np.stack([self._averaged(plane) for plane in normal_xy])
         else:
-            averages = shrunk(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
+            averages = shrink_image(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
         return self._averaged(smoothed), averages.reshape(2, rows, columns)
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:

@@ -85,7 +85,7 @@ def fit_sphere(height_px: Float32, near: Bool, *, rest_px: Float32 | None = None
     step = -(-len(rows) // SPHERE.most_pixels)
     heights = height_px if rest_px is None else height_px - rest_px
     points = np.stack([columns, rows, heights[rows, columns]], 1)[::step]
-    return _fitted(points.astype(np.float64))
+    return _fit_sphere(points.astype(np.float64))
 
 
 def _largest_part(mask: Bool) -> Bool:
@@ -95,7 +95,7 @@ def _largest_part(mask: Bool) -> Bool:
     return np.asarray(parts == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA]))
 
 
-def _fitted(points: Float64) -> Sphere:
+def _fit_sphere(points: Float64) -> Sphere:
     """Return the sphere whose heights fit (N, 3) points best: Levenberg–Marquardt [1]_.
 
     References
@@ -110,11 +110,11 @@ def _fitted(points: Float64) -> Sphere:
     curvature = 2 * depth / (extent**2 + depth**2)
     scale = np.array([extent, extent, depth, curvature])
     at = np.array([0.0, 0.0, float(z.max()), curvature])
-    cost, normal, pull = _linearised(at, x, y, z, scale)
+    cost, normal, pull = _linearise_cost(at, x, y, z, scale)
     damping = SPHERE.damping
     for _ in range(SPHERE.most_steps):
         step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal) + TINY), pull) * scale
-        new = _linearised(at + step, x, y, z, scale)
+        new = _linearise_cost(at + step, x, y, z, scale)
         if new[0] > cost:
             damping *= SPHERE.damping_factor
             continue
@@ -127,7 +127,7 @@ def _fitted(points: Float64) -> Sphere:
     return Sphere((float(middle[0] + at[0]), float(middle[1] + at[1])), radius_px)
 
 
-def _linearised(
+def _linearise_cost(
     at: Float64, x: Float64, y: Float64, z: Float64, scale: Float64
 ) -> tuple[float, Float64, Float64]:
     """Soft-L1 cost, and its normal matrix and gradient by the scaled parameters."""

@@ -146,12 +146,12 @@ class Load(Estimator):
 
     def estimate(self, frame: Frame, reference: Reference) -> RelativeLoad:
         """Return the load relative to the reference."""
-        hidden = _hidden(frame.marker_mask, reference.marker_mask)
+        hidden = _join_masks(frame.marker_mask, reference.marker_mask)
         self._last = change_in_detail(frame.pixels, reference.pixels, hidden, self._thickness_px)
         return RelativeLoad(self._last - self._zero, frame.timestamp_s)
 
 
-def _hidden(now: Bool | None, before: Bool | None) -> Bool | None:
+def _join_masks(now: Bool | None, before: Bool | None) -> Bool | None:
     """Pixels that a marker covers in either image."""
     if now is None or before is None:
         return before if now is None else now

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
-from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, picked, stride_of
+from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, pick_pixels, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION
 from tactile_core.algorithms.slip.surface_view import VIEW
@@ -107,7 +107,7 @@ class ShearOfContact(Estimator):
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
         grid = grid_of(contact, "mask")
         # that of the step before has a grid of this stride
-        mask = grid.cells if grid.step_px == self._stride else picked(contact.mask, self._stride)
+        mask = grid.cells if grid.step_px == self._stride else pick_pixels(contact.mask, self._stride)
         if not np.count_nonzero(mask):
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
@@ -160,7 +160,7 @@ class ShearOfContact(Estimator):
         # most often the array is that of the frame before
         if valid is not self._valid:
             self._valid = valid
-            self._supported = picked(valid, self._stride) if valid.any() else None
+            self._supported = pick_pixels(valid, self._stride) if valid.any() else None
         return self._supported
 
     def _std_mm(self, displacement: DisplacementField, chosen: Bool) -> float | None:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.layer_fit import LayerFit, load_variance
@@ -152,7 +152,7 @@ class ElasticForce(Estimator):
     ) -> Deformation:
         cells_mm = grid_of(height, "mm").of_image().cells
         moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
-        moved = np.concatenate([moved, shrunk(cells_mm, self._size)[None]])
+        moved = np.concatenate([moved, shrink_image(cells_mm, self._size)[None]])
         if follows:
             moved = self._relaxed(moved, height.timestamp_s)
         valid, touching = (_shares(mask, self._size) for mask in (displacement.valid, contact.mask))
@@ -180,7 +180,7 @@ def _shares(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     per_cell_px = min(whole / part for whole, part in zip(mask.shape[::-1], size, strict=True))
     step_px = max(1, int(per_cell_px / ELASTIC_FORCE.samples_per_cell))
     samples = mask[step_px // 2 :: step_px, step_px // 2 :: step_px].astype(np.uint8)
-    return np.asarray(shrunk(samples * np.uint8(255), size) / np.float32(255))
+    return np.asarray(shrink_image(samples * np.uint8(255), size) / np.float32(255))
 
 
 def _without_specks(share: np.ndarray) -> np.ndarray:

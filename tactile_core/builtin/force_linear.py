@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydantic import BaseModel
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64
 from tactile_core.builtin.linear_force_model import (
     FEATURES,
@@ -117,7 +117,7 @@ def _of_field(displacement: DisplacementField, contact: ContactMask | None) -> d
     if columns > LINEAR_FORCE.most_cells:
         rows = max(1, round(rows * LINEAR_FORCE.most_cells / columns))
         columns = LINEAR_FORCE.most_cells
-        cells = shrunk(cells, (columns, rows))
+        cells = shrink_image(cells, (columns, rows))
     cell_mm = displacement.valid.shape[1] / columns * displacement.mm_per_px
     y, x = np.indices((rows, columns), np.float64)
     places = np.stack([x - (columns - 1) / 2, y - (rows - 1) / 2], -1) * cell_mm
@@ -189,4 +189,4 @@ def _of_height(height: HeightMap, contact: ContactMask | None) -> dict[str, floa
 
 
 def _on_cells(mask: Bool, size: tuple[int, int]) -> Bool:
-    return np.asarray(shrunk(mask.astype(np.float32), size) > 0.5)
+    return np.asarray(shrink_image(mask.astype(np.float32), size) > 0.5)

@@ -17,7 +17,7 @@ from tactile_core.algorithms.colour_table import (
     ColourTable,
     as_complex,
     coarse_count,
-    refined,
+    refine_table,
 )
 from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
@@ -130,7 +130,7 @@ class LookupTableCalibrator(Calibrator):
         features, normal_xy = samples_of(
             presses, reference, blur_px=blur_px, most=LOOKUP.most_samples
         )
-        table = _filled(features[:, :3], normal_xy, self.options.bins)
+        table = _fill_table(features[:, :3], normal_xy, self.options.bins)
         missing = normal_xy - table.nearest(features[:, :3])
         around = fit_polynomial(features, missing, order=LOOKUP.order, ridge=LOOKUP.ridge)
         function = TableModel(table, around)
@@ -143,7 +143,7 @@ class LookupTableCalibrator(Calibrator):
         return self.options.smoothing_px(mm_per_px)
 
 
-def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
+def _fill_table(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     """Average the samples of each entry and its neighbours, and interpolate the empty entries."""
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.ndimage import gaussian_filter
@@ -172,7 +172,7 @@ def _filled(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
     found = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(places)
     outside = ~np.isfinite(found[..., 0])
     found[outside] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(places[outside])
-    entries = refined(as_complex(found.astype(np.float32)), bins, LOOKUP.halvings)
+    entries = refine_table(as_complex(found.astype(np.float32)), bins, LOOKUP.halvings)
     return ColourTable(axis, np.where(full, as_complex(mean.astype(np.float32)), entries))
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
-from tactile_core.algorithms.arrays.shrinking import interpolated, refined
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells, refine_cells
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import PoissonSolver, integrate_robustly
@@ -177,7 +177,7 @@ def _on_demand(grid: Grid, *, averaged: bool) -> Float32:
     """Return a height on a grid; on the grid of averaged slopes its peaks lie between the cells."""
     if averaged:
         cells, step_px, shape, _ = grid
-        return on_demand(lambda: interpolated(refined(cells), step_px // 2, shape), grid)
+        return on_demand(lambda: interpolate_cells(refine_cells(cells), step_px // 2, shape), grid)
     return on_grid(grid.cells, grid.step_px, grid.shape)
 
 

@@ -76,7 +76,7 @@ class ReplayCamera(Camera):
         recording = open_recording(
             self._settings.path, images_per_observation=self._settings.images_per_observation
         )
-        self._images = _played(recording.at(self._settings.fps), self._settings.loop)
+        self._images = _play_images(recording.at(self._settings.fps), self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
@@ -89,7 +89,7 @@ class ReplayCamera(Camera):
         return next(self._images, None)
 
 
-def _played(recording: Recording, loop: bool) -> Iterator[Image]:
+def _play_images(recording: Recording, loop: bool) -> Iterator[Image]:
     sequence, added_s, last_s, step_s = 0, 0.0, float("nan"), 1 / NOMINAL_FPS
     while True:
         begins = bool(sequence)

@@ -9,14 +9,14 @@ import numpy as np
 from pydantic import BaseModel
 
 from tactile_core.algorithms.arrays.regression import quantile
-from tactile_core.algorithms.arrays.shrinking import repeated
+from tactile_core.algorithms.arrays.shrinking import repeat_pixels
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, picked, stride_of
+from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, pick_pixels, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
-    covered,
+    mask_squares,
     light_change,
     small_image,
     steepness_of,
@@ -103,7 +103,7 @@ class SlipContactFinder(Estimator):
         absolute = reference is not None and not reference.relative
         shape = displacement.valid.shape[0], displacement.valid.shape[1]
         full = on_demand(
-            lambda: repeated(mask.view(np.uint8), shape).view(np.bool_),
+            lambda: repeat_pixels(mask.view(np.uint8), shape).view(np.bool_),
             Grid(mask, self._stride, shape),
         )
         return SlipContact(full, *load, source, absolute, displacement.timestamp_s)
@@ -166,7 +166,7 @@ class SlipContactFinder(Estimator):
                 spacing_mm=self._spacing_mm,
             )
             clear = slope > TOUCH.clear_slope
-            mask = None if clear else picked(contact.mask, self._stride)
+            mask = None if clear else pick_pixels(contact.mask, self._stride)
             if mask is None or np.count_nonzero(mask):
                 self._slope = slope
             if self._slope and slope >= TOUCH.slope_drop * self._slope:
@@ -174,7 +174,7 @@ class SlipContactFinder(Estimator):
                 if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, Load(0.0, math.sqrt(steep.sum())), "height")
-        mask = picked(contact.mask, self._stride) if mask is None else mask
+        mask = pick_pixels(contact.mask, self._stride) if mask is None else mask
         self._measured_once |= bool(mask.any())
         return _Touch(mask, Load(float(np.count_nonzero(contact.mask)), 0.0), "height")
 
@@ -204,7 +204,7 @@ class SlipContactFinder(Estimator):
             markers.reference_px if markers.undeformed_px is None else markers.undeformed_px
         )
         points_px = np.concatenate([undeformed_px, markers.px])
-        return covered((points_px + 0.5) / self._stride - 0.5, self._marker_radius, shape)
+        return mask_squares((points_px + 0.5) / self._stride - 0.5, self._marker_radius, shape)
 
 
 def _fills_view(moved_mm: Float32) -> bool:

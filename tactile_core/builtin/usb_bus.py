@@ -45,7 +45,7 @@ def holders(path: str, proc: Path = Path("/proc")) -> list[str]:
     return sorted(found)
 
 
-def held(path: str) -> str:
+def name_holders(path: str) -> str:
     """Return " by …" with the programs that have a device file open; "" if none is known."""
     found = holders(path)
     return f" by {' and '.join(found)}" if found else ""
@@ -82,7 +82,7 @@ def usb_devices(backend: Any = None, **wanted: Any) -> list[Any]:
     import usb.core
 
     try:
-        return list(usb.core.find(find_all=True, backend=backend or _bundled(), **wanted))
+        return list(usb.core.find(find_all=True, backend=backend or _find_bundled(), **wanted))
     except usb.core.NoBackendError as error:
         raise LibraryMissing(
             "USB devices cannot be found without libusb; run: pip install libusb-package, or "
@@ -111,19 +111,19 @@ def usb_cameras(
             for interface in configuration
         )
 
-    return map(described, usb_devices(backend, custom_match=is_one))
+    return map(describe_device, usb_devices(backend, custom_match=is_one))
 
 
-def described(device: Any) -> ConnectedDevice:
+def describe_device(device: Any) -> ConnectedDevice:
     """Describe a device; without its strings if it must not be opened."""
     import usb.util
 
     try:
         return ConnectedDevice(
             "",
-            _asked(lambda: device.product) or "",
+            _ask_device(lambda: device.product) or "",
             f"{device.idVendor:04x}:{device.idProduct:04x}",
-            _asked(lambda: device.serial_number),
+            _ask_device(lambda: device.serial_number),
             port_path(device),
             tuple(holders(node_of(device))),
         )
@@ -142,7 +142,7 @@ def node_of(device: Any) -> str:
     return f"/dev/bus/usb/{device.bus or 0:03}/{device.address or 0:03}"
 
 
-def _asked(question: Callable[[], str | None]) -> str | None:
+def _ask_device(question: Callable[[], str | None]) -> str | None:
     """Return a device's answer; None if it gives none or must not be opened."""
     import usb.core
 
@@ -152,7 +152,7 @@ def _asked(question: Callable[[], str | None]) -> str | None:
         return None
 
 
-def _bundled() -> Any:
+def _find_bundled() -> Any:
     """Return the libusb of the package libusb-package; None if there is none."""
     try:
         import libusb_package

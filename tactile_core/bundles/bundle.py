@@ -21,8 +21,8 @@ from tactile_core.bundles.manifest import (
     write_manifest,
 )
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
-from tactile_core.formats.folders import fresh_folder, replace_folder, resolved
-from tactile_core.formats.json import shown
+from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.section import Artefact
@@ -232,7 +232,7 @@ def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
     return names
 
 
-def now() -> str:
+def current_time() -> str:
     """Return the current date and time for a manifest, ISO 8601 in UTC."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
@@ -247,7 +247,7 @@ def check_serial(serial: str, of: str = "serial") -> str:
     """
     if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
         raise InputError(
-            f"{of} {shown(serial)}: use only letters, digits, '.', '_' and '-', 100 at most"
+            f"{of} {shorten_repr(serial)}: use only letters, digits, '.', '_' and '-', 100 at most"
         )
     return serial
 
@@ -260,7 +260,7 @@ def check_place(directory: Path) -> Path:
     InputError
         It holds anything but a bundle.
     """
-    directory = resolved(Path(directory))
+    directory = resolve_links(Path(directory))
     bundle_files(directory)
     return directory
 

@@ -157,13 +157,13 @@ def read_manifest(folder: Path) -> Manifest:
     CalibrationError
         The manifest is missing, damaged, edited, or of another format.
     """
-    manifest = _parsed(folder)
+    manifest = _parse_manifest(folder)
     if manifest.content_hash != manifest.fingerprint():
-        raise _damaged(folder)
+        raise _report_damage(folder)
     return manifest
 
 
-def _parsed(folder: Path) -> Manifest:
+def _parse_manifest(folder: Path) -> Manifest:
     try:
         text = _read(folder / MANIFEST)
         written = _Versioned.model_validate_json(text).format
@@ -175,7 +175,7 @@ def _parsed(folder: Path) -> Manifest:
             f"'tactile calibrate … --out {folder}' makes one"
         ) from None
     except (ValueError, OSError) as error:
-        raise _damaged(folder) from error
+        raise _report_damage(folder) from error
     if written > FORMAT:
         raise CalibrationError(
             f"bundle {folder}: format {written} is newer than this version reads ({FORMAT}); "
@@ -187,7 +187,7 @@ def _parsed(folder: Path) -> Manifest:
     )
 
 
-def _damaged(folder: Path) -> CalibrationError:
+def _report_damage(folder: Path) -> CalibrationError:
     return CalibrationError(
         f"bundle {folder}: {MANIFEST} is damaged or was edited; calibrate again, or restore the "
         f"bundle from a copy"
@@ -196,7 +196,7 @@ def _damaged(folder: Path) -> CalibrationError:
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Write the manifest of all files that the folder holds."""
-    files = {name: _hash(folder / name) for name in sorted(_held(folder)) if name != MANIFEST}
+    files = {name: _hash(folder / name) for name in sorted(_list_entries(folder)) if name != MANIFEST}
     # hash the manifest as it will be read: JSON does not preserve every value
     update: dict[str, Any] = {"format": FORMAT, "files": files, "content_hash": ""}
     whole = Manifest.model_validate_json(manifest.model_copy(update=update).model_dump_json())
@@ -242,13 +242,13 @@ def bundle_files(folder: Path) -> list[Path]:
     if not any(folder.iterdir()):
         return []
     try:
-        named = {*_parsed(folder).files, MANIFEST}
+        named = {*_parse_manifest(folder).files, MANIFEST}
     except CalibrationError as error:
         raise InputError(
             f"{folder} exists and is not a calibration bundle that may be replaced; move it away "
             f"or name another --out folder"
         ) from error
-    held = set(_held(folder))
+    held = set(_list_entries(folder))
     for name in sorted(held):
         if name not in named or (folder / name).is_dir():
             raise InputError(
@@ -258,7 +258,7 @@ def bundle_files(folder: Path) -> list[Path]:
     return [*(folder / name for name in held - {MANIFEST}), folder / MANIFEST]
 
 
-def _held(folder: Path, below: str = "") -> Iterator[str]:
+def _list_entries(folder: Path, below: str = "") -> Iterator[str]:
     """Yield the paths of all files and of all empty folders, with ``/`` between their parts."""
     with os.scandir(folder) as entries:
         for entry in entries:
@@ -266,7 +266,7 @@ def _held(folder: Path, below: str = "") -> Iterator[str]:
             if not entry.is_dir(follow_symlinks=False):
                 yield name
                 continue
-            inside = list(_held(Path(entry.path), f"{name}/"))
+            inside = list(_list_entries(Path(entry.path), f"{name}/"))
             yield from inside or [name]
 
 

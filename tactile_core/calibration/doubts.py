@@ -156,7 +156,7 @@ def implausible(
     balls = [press for press in presses if isinstance(press, FoundPress)]
     separate = [ball for ball in balls if not ball.in_grid]
     scale = presses[0].frame.mm_per_px
-    said = (_pitch(reference, gel, scale), _unused(separate), _wide(separate), _deep(balls, gel))
+    said = (_pitch(reference, gel, scale), _report_unused(separate), _wide(separate), _deep(balls, gel))
     return tuple(sentence for sentence in said if sentence)
 
 
@@ -177,7 +177,7 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
     )
 
 
-def _unused(balls: Sequence[FoundPress]) -> str:
+def _report_unused(balls: Sequence[FoundPress]) -> str:
     """Count the usable presses of each size: those of a wrong size may be the ones left out."""
     for size_mm in sorted({ball.ball_diameter_mm for ball in balls}):
         those = [ball for ball in balls if ball.ball_diameter_mm == size_mm]

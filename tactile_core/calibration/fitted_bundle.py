@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundles.bundle import Bundle, names_of, now
+from tactile_core.bundles.bundle import Bundle, names_of, current_time
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts, implausible
@@ -118,7 +118,7 @@ def fitted_bundle(
         channel_azimuth_deg=azimuths,
         mm_per_px=profile.image.mm_per_px,
         bit_depth=profile.image.bit_depth,
-        created=now(),
+        created=current_time(),
         ball_diameters_mm=ground_truth.ball_diameters_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),

@@ -140,7 +140,7 @@ def light_of(presses: Sequence[FoundPress]) -> Light:
     return fit_light(_starts(presses), [press.circle for press in presses])
 
 
-def relocated(press: FoundPress, light: Light) -> FoundPress:
+def relocate_press(press: FoundPress, light: Light) -> FoundPress:
     """Locate the circle of a held-out press with a light model of other presses."""
     (start,) = _starts([press])
     return replace(press, circle=locate(start, light))

@@ -247,7 +247,7 @@ def angles_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.degrees(np.arctan2(sine, (na * nb).sum(1))))
 
 
-def used(presses: Sequence[FoundPress]) -> list[FoundPress]:
+def select_usable(presses: Sequence[FoundPress]) -> list[FoundPress]:
     """Return the presses that are good enough to fit on.
 
     Raises

@@ -13,7 +13,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.filling import gradient
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.press_search import light_of, refound, relocated
+from tactile_core.calibration.press_search import light_of, refound, relocate_press
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import S, TargetSurface
@@ -224,4 +224,4 @@ class SeparatePresses:
         if not used:
             return None
         light = light_of(used)
-        return Fold(used, self.reference, lambda i: relocated(self.presses[i], light))
+        return Fold(used, self.reference, lambda i: relocate_press(self.presses[i], light))

@@ -109,8 +109,8 @@ class Score:
             "height_rmse_mm": round(self.height_rmse_mm, 6),
             "sphere_radius_ratio": self._radii(),
             "sphere_offset_px": self._offsets(),
-            "halves_difference_deg": _rounded(self.halves_difference_deg),
-            "left_out_size_ratio": _rounded(self.left_out_size_ratio),
+            "halves_difference_deg": _round_value(self.halves_difference_deg),
+            "left_out_size_ratio": _round_value(self.left_out_size_ratio),
         }
 
     def sphere_quartiles(self) -> tuple[float, float, float] | None:
@@ -143,7 +143,7 @@ class Score:
         return {"median": round(offsets[0], 3), "p90": round(offsets[1], 3)}
 
 
-def _rounded(value: float | None) -> float | None:
+def _round_value(value: float | None) -> float | None:
     return None if value is None else round(value, 4)
 
 

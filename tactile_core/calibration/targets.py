@@ -24,7 +24,7 @@ from tactile_core.calibration.press_search import (
 )
 from tactile_core.calibration.pressed_grid import PressedGrid
 from tactile_core.calibration.pressed_map import PressedMap
-from tactile_core.calibration.presses import FoundPress, used
+from tactile_core.calibration.presses import FoundPress, select_usable
 from tactile_core.calibration.result import Fold, SeparatePresses
 from tactile_core.calibration.target_surface import HeightTarget, S, is_height_map
 from tactile_core.conditioning.conditioning import Conditioning
@@ -164,7 +164,7 @@ def balls(
     )
     grid = replace(grid, for_heights=for_heights)
     found = grid.found()
-    good = used(found)
+    good = select_usable(found)
     return CalibrationTarget(
         found,
         f"{len(good)} presses of {size_words((diameter_mm,))}",
@@ -213,9 +213,9 @@ def separate_balls(
     """
     progress.stage("finding the circles", 0.25)
     ready = [condition(frame) for frame in frames]
-    circled = _found(profile, files, ready, condition.undeformed, sizes_mm, labels, progress, crew)
+    circled = _find_presses(profile, files, ready, condition.undeformed, sizes_mm, labels, progress, crew)
     found = [replace(press, for_heights=for_heights) for press in circled]
-    good = used(found)
+    good = select_usable(found)
     diameters_mm = tuple(sorted(set(sizes_mm)))
     return CalibrationTarget(
         found,
@@ -245,7 +245,7 @@ def _file_names(profile: Profile, path: Path, frames: Sequence[Frame]) -> list[s
     return [single.get(frame.source, frame.source) for frame in frames]
 
 
-def _found(
+def _find_presses(
     profile: Profile,
     files: Sequence[str],
     frames: Sequence[Frame],

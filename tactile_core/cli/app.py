@@ -15,7 +15,7 @@ from tactile_core.cli.demo import demo
 from tactile_core.cli.devices import devices
 from tactile_core.cli.doctor import doctor
 from tactile_core.cli.evaluate import evaluate
-from tactile_core.cli.explaining import guarded
+from tactile_core.cli.explaining import guard_command
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import plugins, profiles, schema, validate
 from tactile_core.cli.record import record, recover
@@ -69,4 +69,4 @@ COMMANDS = (
     devices,
 )
 for command in COMMANDS:
-    app.command()(guarded(command))
+    app.command()(guard_command(command))

@@ -87,7 +87,7 @@ def _print(check: Check) -> None:
 def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
     from tactile_core.pipeline.opening import open_sensor
 
-    with interrupt_ends(), open_sensor(profile, **options) as sensor, _shown(as_json) as show:
+    with interrupt_ends(), open_sensor(profile, **options) as sensor, _open_display(as_json) as show:
         last, shown_s = None, float("-inf")
         for reading in sensor.stream():
             last = reading
@@ -103,7 +103,7 @@ class _Show(Protocol):
 
 
 @contextmanager
-def _shown(as_json: bool) -> Iterator[_Show]:
+def _open_display(as_json: bool) -> Iterator[_Show]:
     """Yield what shows a health: a table that is redrawn, or a line."""
     if as_json:
         yield _print_json

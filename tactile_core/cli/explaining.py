@@ -27,7 +27,7 @@ class Carried(Exception):
         self.error = error
 
 
-def guarded(command: Callable[..., None]) -> Callable[..., None]:
+def guard_command(command: Callable[..., None]) -> Callable[..., None]:
     """Reserve stdout for a command's data and carry its exceptions past typer unchanged."""
 
     @wraps(command)
@@ -65,10 +65,10 @@ def explain(caught: BaseException, debug: bool) -> int:
         import traceback
 
         print_message("".join(traceback.format_exception(error)).rstrip())
-    return _reported(error)
+    return _report_error(error)
 
 
-def _reported(error: BaseException) -> int:
+def _report_error(error: BaseException) -> int:
     if isinstance(error, TactileError):
         print_message(f"tactile: {error}")
         return error.exit_code

@@ -66,7 +66,7 @@ def calibrate_live(options: LiveOptions) -> None:
     from tactile_core.calibration.guided.session import GuidedCalibration
 
     path = options.record or _free(options.out)
-    with _opened(options) as sensor:
+    with _open_sensor(options) as sensor:
         if options.reference is None:
             print_message("Keep your hands off the gel: the reference is taken.")
             for _ in range(SETTLING_FRAMES if sensor.is_live else 0):
@@ -85,7 +85,7 @@ def calibrate_live(options: LiveOptions) -> None:
                 gel=options.gel,
                 note=recording.add_event,
             ) as guided,
-            _kept(options, path, guided),
+            _explain_recovery(options, path, guided),
         ):
             _lead(sensor, guided, as_json=options.as_json)
             print_message(f"{len(guided.presses)} presses are kept; fitting and scoring.")
@@ -98,7 +98,7 @@ def calibrate_live(options: LiveOptions) -> None:
             _measure_next(sensor, result, as_json=options.as_json)
 
 
-def _opened(options: LiveOptions) -> Sensor:
+def _open_sensor(options: LiveOptions) -> Sensor:
     """Open the sensor without its bundle, which is about to be replaced and may not fit."""
     from tactile_core.acquisition.unit_devices import with_unit_devices
     from tactile_core.errors import InputError
@@ -127,7 +127,7 @@ def _opened(options: LiveOptions) -> Sensor:
 def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
     """Feed live frames until more presses would not help, or a recording ends."""
     image = sensor.profile.image
-    with shown((image.width_px, image.height_px), as_json=as_json) as show:
+    with open_display((image.width_px, image.height_px), as_json=as_json) as show:
         while (frame := sensor.acquire()) is not None:
             guidance = guided.feed(frame)
             show(guidance)
@@ -139,7 +139,7 @@ def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
 
 
 @contextmanager
-def _kept(options: LiveOptions, path: Path, guided: GuidedCalibration) -> Iterator[None]:
+def _explain_recovery(options: LiveOptions, path: Path, guided: GuidedCalibration) -> Iterator[None]:
     """Say how to finish from the recording if the session ends early."""
     try:
         yield
@@ -204,7 +204,7 @@ Show = Callable[["Guidance"], None]
 
 
 @contextmanager
-def shown(size_px: tuple[int, int], *, as_json: bool) -> Iterator[Show]:
+def open_display(size_px: tuple[int, int], *, as_json: bool) -> Iterator[Show]:
     """Yield what shows a guidance.
 
     Parameters

@@ -51,7 +51,7 @@ def record(
     from tactile_core.cli.signals import interrupt_ends
     from tactile_core.errors import InputError
     from tactile_core.pipeline.opening import open_sensor
-    from tactile_core.pipeline.recording_session import recorded
+    from tactile_core.pipeline.recording_session import keep_recording
 
     if seconds is not None and not 0 < seconds < float("inf"):
         raise InputError(f"--seconds {seconds:g}? give a positive number")
@@ -74,7 +74,7 @@ def record(
         began_s, interrupted = monotonic(), True
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
             bar.stage("recording", 1.0)
-            steps = recorded(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
+            steps = keep_recording(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
             for share in steps:
                 bar.fraction(share)
             interrupted = False

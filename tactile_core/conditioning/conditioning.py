@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.algorithms.drift import ReferenceLevels, divided
+from tactile_core.algorithms.drift import ReferenceLevels, divide_by_gains
 from tactile_core.algorithms.sequence import Pattern, SequenceFault, faults, pattern
 from tactile_core.conditioning.marker_mask import MarkerFinder
 from tactile_core.errors import SequenceError
@@ -52,7 +52,7 @@ class DriftCompensator:
         gains = change.gains
         if not self._divides or np.abs(gains - 1).max() < COMPENSATION.least_drift:
             return frame.beside(light_ratio=change.ratio)
-        pixels = divided(frame.pixels, gains, frame.full_scale)
+        pixels = divide_by_gains(frame.pixels, gains, frame.full_scale)
         return replace(frame, pixels=pixels, light_ratio=change.ratio)
 
 

@@ -11,7 +11,7 @@ from tactile_core.algorithms.appearance import (
     FEWEST_CELLS,
     Appearance,
     agreement,
-    fitted,
+    fit_smooth_field,
     polynomial,
 )
 from tactile_core.algorithms.arrays.types import Array, Bool
@@ -143,7 +143,7 @@ class GelCheck:
 
         def fit(order: int) -> tuple[Array, float]:
             basis = self._polynomials[order][:, both]
-            coefficients = fitted(left, basis, SURFACE_SCALES)
+            coefficients = fit_smooth_field(left, basis, SURFACE_SCALES)
             return coefficients, agreement(left - coefficients @ basis, SURFACE_TOLERANCE)
 
         _, level = fit(0)

@@ -134,17 +134,17 @@ def demonstration(
 ) -> Generator[Demonstration | None, None, None]:
     """Demonstrate one rig in :data:`STAGES` stages; the last one yields the result."""
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
-    bundle, summary = _calibrated(profile, stage, ball_mm, progress)
+    bundle, summary = _calibrate_stage(profile, stage, ball_mm, progress)
     yield None
     pipeline = Pipeline(profile, bundle)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
         _press(stage, pressed, ball_mm)
-        row, figures = _measured(stage, pipeline, pressed.label)
+        row, figures = _measure_stage(stage, pipeline, pressed.label)
         rows.append(row)
         parts.append(html.row(figures))
         yield None
-    yield rows, [*parts, *_sheared(stage, ball_mm)]
+    yield rows, [*parts, *_shear_ball(stage, ball_mm)]
 
 
 def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> Bundle:
@@ -156,10 +156,10 @@ def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> 
         Its presses cannot be fitted.
     """
     stage = VirtualStage(profile)
-    return _calibrated(profile, stage, _ball_mm(profile), progress or Silent())[0]
+    return _calibrate_stage(profile, stage, _ball_mm(profile), progress or Silent())[0]
 
 
-def _calibrated(
+def _calibrate_stage(
     profile: Profile, stage: VirtualStage, ball_mm: float, progress: Progress
 ) -> tuple[Bundle, str]:
     rng = np.random.default_rng(7)
@@ -199,7 +199,7 @@ def _press(stage: VirtualStage, pressed: _Object, ball_mm: float) -> None:
     stage.press(depth_mm=pressed.depth * ball_mm)
 
 
-def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[DemoRow, list[str]]:
+def _measure_stage(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[DemoRow, list[str]]:
     frame, truth = stage.frame(), stage.truth()
     reading = pipeline.process(frame)
     height, slopes = reading[HeightMap], reading[Gradients]
@@ -212,7 +212,7 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[Demo
         float(np.sqrt(np.mean((height.mm - truth.height_mm) ** 2))),
         float(truth.height_mm.max()),
         float(height.mm.max()),
-        resolved(truth.height_mm, pipeline.profile),
+        is_resolved(truth.height_mm, pipeline.profile),
     )
     near, scale = _around(inside), height.mm_per_px
     contact = reading.get(ContactMask)
@@ -221,7 +221,7 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[Demo
     span_mm = (min(0.0, float(true.mm.min())), float(max(true.mm.max(), measured.mm.max())))
     most_mm = float(np.percentile(np.abs(measured.mm - true.mm), DEMO.error_percentile))
     drawn = [
-        (_shown(frame)[near], f"{label}: camera image"),
+        (_draw_frame(frame)[near], f"{label}: camera image"),
         (relief(measured, measured_contact, span_mm=span_mm), "measured height"),
         (relief(true, Overlay([Outline(inside[near])]), span_mm=span_mm), "true height"),
         (
@@ -232,14 +232,14 @@ def _measured(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[Demo
     return row, [html.figure(picture, caption, photo=True) for picture, caption in drawn]
 
 
-def resolved(height_mm: NDArray[np.float32], profile: Profile) -> bool:
+def is_resolved(height_mm: NDArray[np.float32], profile: Profile) -> bool:
     """Whether the peak of a true height map withstands the smoothing of the calibration."""
     blur_px = smoothing_px_of(calibrator_of(profile.calibration), profile.image.mm_per_px)
     smooth = cv2.GaussianBlur(height_mm, (0, 0), max(blur_px, 1e-3))
     return bool(smooth.max() >= DEMO.resolved_share * height_mm.max())
 
 
-def _sheared(stage: VirtualStage, ball_mm: float) -> list[str]:
+def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
     """Shear a ball until gross slip, and show stages of partial slip."""
     _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
     figures: list[str] = []
@@ -253,7 +253,7 @@ def _sheared(stage: VirtualStage, ball_mm: float) -> list[str]:
         stick_shares = [share for share in stick_shares if share < sticking]
         near = _around(truth.contact)
         slips = (truth.contact & ~truth.stick)[near]
-        picture = arrows(_shown(stage.frame())[near], truth.displacement_mm[near], slips=slips)
+        picture = arrows(_draw_frame(stage.frame())[near], truth.displacement_mm[near], slips=slips)
         force = f"shear force {truth.wrench[0]:.2f} N, normal force {truth.wrench[2]:.2f} N"
         state = f"{sticking:.0%} of the contact sticks" if sticking else "gross slip"
         figures.append(html.figure(picture, f"{force}: {state}", photo=True))
@@ -286,7 +286,7 @@ def _ball_mm(profile: Profile) -> float:
     return round(min(DEMO.ball_widths * view_mm, most_mm), 2)
 
 
-def _shown(frame: Frame) -> NDArray[np.uint8]:
+def _draw_frame(frame: Frame) -> NDArray[np.uint8]:
     """(H, W, 3) image: the colours, or three evenly spaced channels of sequential lights."""
     pixels: NDArray[Any] = frame.pixels
     channels = np.arange(COLOUR) * (pixels.shape[2] // COLOUR)

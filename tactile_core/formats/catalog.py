@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.json import printable, shown
+from tactile_core.formats.json import printable, shorten_repr
 from tactile_core.formats.scan import read_table
 
 CATALOG_FILE = "catalog.csv"  # File name of the catalogue
@@ -92,7 +92,7 @@ def _relative(text: str, where: str) -> str:
     path = PurePosixPath(text.replace("\\", "/"))
     if not path.parts or path.is_absolute() or ".." in path.parts:
         raise InputError(
-            f"{where}: {shown(text)} should be a path inside the folder of the catalogue"
+            f"{where}: {shorten_repr(text)} should be a path inside the folder of the catalogue"
         )
     return str(path)
 
@@ -104,7 +104,7 @@ def _diameter_mm(text: str, where: str) -> float:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
         raise InputError(
-            f"{where}: the diameter must be a positive number of mm, not {shown(text)}"
+            f"{where}: the diameter must be a positive number of mm, not {shorten_repr(text)}"
         )
     return value
 
@@ -140,8 +140,8 @@ def without_secrets(address: str) -> str:
         rest = rest.rpartition("@")[2]
     place, _, query = rest.partition("#")[0].partition("?")
     kept = [pair for pair in re.split("[&;]", query) if _is_harmless(pair)]
-    folders = [part for part in place.split("/") if "=" not in part or _kept(part)]
-    return start + "/".join(map(_kept, folders)) + ("?" + "&".join(kept) if kept else "")
+    folders = [part for part in place.split("/") if "=" not in part or _keep_harmless(part)]
+    return start + "/".join(map(_keep_harmless, folders)) + ("?" + "&".join(kept) if kept else "")
 
 
 def hide_secrets(value: Any) -> Any:
@@ -157,7 +157,7 @@ def hide_secrets(value: Any) -> Any:
     return _ADDRESS.sub(lambda found: without_secrets(found[0]), value)
 
 
-def _kept(part: str) -> str:
+def _keep_harmless(part: str) -> str:
     """Return a part of the path with its harmless pairs only."""
     if "=" not in part:
         return part

@@ -43,7 +43,7 @@ def remove_leftovers(folder: Path) -> None:
 
     Those that are ``old``, of another machine or of a running process are kept.
     """
-    for path, found in _abandoned(folder):
+    for path, found in _find_abandoned(folder):
         if found["state"] == "new":
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
@@ -52,17 +52,17 @@ def remove_leftovers(folder: Path) -> None:
                     path.unlink()
 
 
-def replaced(place: Path) -> list[Path]:
+def find_replaced(place: Path) -> list[Path]:
     """Return the replaced versions of this path that ended processes did not remove."""
     label = _label(place)
     return [
         path
-        for path, found in _abandoned(place.parent)
+        for path, found in _find_abandoned(place.parent)
         if found["state"] == "old" and found["label"] == label
     ]
 
 
-def _abandoned(folder: Path) -> Iterator[tuple[Path, re.Match[str]]]:
+def _find_abandoned(folder: Path) -> Iterator[tuple[Path, re.Match[str]]]:
     try:
         paths = list(folder.iterdir())
     except OSError:
@@ -153,7 +153,7 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def expanded(path: str | Path) -> Path:
+def expand_home(path: str | Path) -> Path:
     """Return a path with ``~`` and ``~user`` replaced by the home folder.
 
     Raises

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import remove_leftovers, replaced, temporary_path
+from tactile_core.formats.files import remove_leftovers, find_replaced, temporary_path
 
 # Returns the files of a folder whose whole content may be replaced; else raises an InputError. The
 # last file lists the others, so it is deleted last.
@@ -48,7 +48,7 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{file} is a file; name a folder") from None
 
 
-def resolved(path: Path) -> Path:
+def resolve_links(path: Path) -> Path:
     """Return the absolute path with all links followed; its target need not exist.
 
     Raises
@@ -137,7 +137,7 @@ def replace_folder(fresh: Path, place: Path, files_of: FilesOf) -> None:
             break
     else:
         raise OSError(errno.EBUSY, f"other processes keep writing {place}; try again")
-    for former in replaced(place):
+    for former in find_replaced(place):
         with suppress(InputError, OSError):
             _delete(former, files_of(former))
 

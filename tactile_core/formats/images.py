@@ -102,7 +102,7 @@ def read_image(path: Path) -> NDArray[Any]:
     """
     path = Path(path)
     data = read_bytes(path)
-    with _silenced():
+    with _silence_decoders():
         return decode_image(data, str(path))
 
 
@@ -205,7 +205,7 @@ def _decode(data: bytes) -> NDArray[Any] | None:
 
 
 @contextmanager
-def _silenced() -> Iterator[None]:
+def _silence_decoders() -> Iterator[None]:
     """Silence the decoding libraries too if OpenCV's own log is switched off."""
     if os.environ.get("OPENCV_LOG_LEVEL") not in _SILENT:
         yield

@@ -48,7 +48,7 @@ class _Brief(reprlib.Repr):
 _BRIEF = _Brief()
 
 
-def shown(value: object) -> str:
+def shorten_repr(value: object) -> str:
     """Return a value's shortened ``repr``, of limited length for any value."""
     text = printable(_BRIEF.repr(value))
     return text if len(text) <= 2 * _MAX_LENGTH else text[: 2 * _MAX_LENGTH - 1] + "…"

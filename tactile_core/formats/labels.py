@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
-from tactile_core.formats.json import printable, shown
+from tactile_core.formats.json import printable, shorten_repr
 from tactile_core.formats.scan import finite_number, observation_name, read_table
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ def _table(
     if key != "time_s":
         repeated = next((name for name in names if names.count(name) > 1), None)
         if repeated is not None:
-            raise InputError(f"{path}: {shown(repeated)} has several lines; keep one")
+            raise InputError(f"{path}: {shorten_repr(repeated)} has several lines; keep one")
         return ForceTable(path, key, tuple(names), np.zeros(0), forces, tuple(sequences))
     times_s = np.array([float(name) for name in names])
     if not (np.diff(times_s) > 0).all():
@@ -206,7 +206,7 @@ def _name(text: str, key: Key, where: str) -> str:
     if key == "frame":
         value = finite_number(text, key, where)
         if value != int(value) or value < 0:
-            raise InputError(f"{where}: frame must be a number from 0 on, not {shown(text)}")
+            raise InputError(f"{where}: frame must be a number from 0 on, not {shorten_repr(text)}")
         return str(int(value))
     name = observation_name(text)
     if not name:

@@ -19,7 +19,7 @@ from tactile_core.formats.images import read_image, write_png
 from tactile_core.formats.json import printable
 from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
-from tactile_core.quantities.quantity import Guard, unguarded
+from tactile_core.quantities.quantity import Guard, pass_errors
 
 # Largest array, bytes; more than three float32 values for each pixel of the largest image.
 MAX_ARRAY_BYTES = 1 << 30
@@ -176,7 +176,7 @@ Arrays = Mapping[str, NDArray[Any]]  # Arrays by name
 
 
 def arrays_of(
-    quantities: Iterable[Quantity], *, mm_per_px: float, guard: Guard = unguarded
+    quantities: Iterable[Quantity], *, mm_per_px: float, guard: Guard = pass_errors
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays of several quantities, finite everywhere, and their description.
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.images import IMAGE_SUFFIXES
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.yaml import number, read_mapping
 
 SCAN_FILE = "scan.yaml"  # Name of the file in a scan's folder
@@ -76,7 +76,7 @@ def read_scan(path: Path) -> Scan:
     outside = next((image for image in images if _leaves(image)), None)
     if outside is not None:
         raise InputError(
-            f"{path}: images must be in the scan's folder, but {shown(outside)} is outside it; "
+            f"{path}: images must be in the scan's folder, but {shorten_repr(outside)} is outside it; "
             f"move the file there"
         )
     annotations = content.get("annotations") or []
@@ -118,12 +118,12 @@ def _crop(value: object, path: Path) -> Crop | None:
     if value is None or value == []:
         return None
     if not isinstance(value, list) or len(value) != 4:
-        raise InputError(f"{path}: crop must be [x, y, width, height], not {shown(value)}")
+        raise InputError(f"{path}: crop must be [x, y, width, height], not {shorten_repr(value)}")
     x, y, width, height = (round(number(part, path, "crop", high=_MAX_PX)) for part in value)
     if not any((x, y, width, height)):
         return None
     if min(x, y) < 0 or min(width, height) < 1:
-        raise InputError(f"{path}: crop {shown(value)} is empty or begins outside the image")
+        raise InputError(f"{path}: crop {shorten_repr(value)} is empty or begins outside the image")
     return (x, y, width, height)
 
 
@@ -185,7 +185,7 @@ def finite_number(text: str, column: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{where}: {column} must be a number, not {shown(text)}")
+        raise InputError(f"{where}: {column} must be a number, not {shorten_repr(text)}")
     return value
 
 

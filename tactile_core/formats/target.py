@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.yaml import number, read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05  # Largest relative deviation of a scale from a binning factor
@@ -116,7 +116,7 @@ def _circles(shapes: object, ids: object, path: Path) -> Sequence[Mapping[str, A
 
 def _coordinate(shape: Mapping[str, Any], key: str, path: Path) -> float:
     if key not in shape:
-        raise InputError(f"{path}: circle {shown(shape.get('name', ''))} has no {key!r}")
+        raise InputError(f"{path}: circle {shorten_repr(shape.get('name', ''))} has no {key!r}")
     return number(shape[key], path, key, low=-_MAX_PX, high=_MAX_PX)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 
 # Largest file, bytes. It takes about 10 s to read; a scan with a thousand drawn circles has a tenth
 # of this size.
@@ -56,7 +56,7 @@ def mapping_of(text: str, path: Path) -> dict[str, Any]:
     try:
         constructor, _ = yaml.get_constructor_parser(text)
         tree = constructor.composer.get_single_node()
-        if _expanded(tree, {}) > _MAX_EXPANDED:
+        if _count_expanded(tree, {}) > _MAX_EXPANDED:
             raise InputError(
                 f"{path} grows without limit by its aliases (*); replace them by their values"
             )
@@ -100,14 +100,14 @@ def number(
     # _HUGE is below the integers for which float() overflows
     good = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _HUGE
     if not good:
-        raise InputError(f"{path}: {key} must be a number, not {shown(value)}")
+        raise InputError(f"{path}: {key} must be a number, not {shorten_repr(value)}")
     assert isinstance(value, int | float)
     if not low <= value <= high:
-        raise InputError(f"{path}: {key} must be from {low:g} to {high:g}, not {shown(value)}")
+        raise InputError(f"{path}: {key} must be from {low:g} to {high:g}, not {shorten_repr(value)}")
     return float(value)
 
 
-def _expanded(node: Any, known: dict[int, int]) -> int:
+def _count_expanded(node: Any, known: dict[int, int]) -> int:
     """Characters of a tree of nodes after all its aliases are expanded."""
     if id(node) in known:
         return known[id(node)]
@@ -117,6 +117,6 @@ def _expanded(node: Any, known: dict[int, int]) -> int:
         count = len(inside)
     else:
         flat = (part for item in inside for part in (item if isinstance(item, tuple) else (item,)))
-        count = sum(_expanded(part, known) for part in flat)
+        count = sum(_count_expanded(part, known) for part in flat)
     known[id(node)] = count + 1
     return count + 1

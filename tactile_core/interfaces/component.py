@@ -7,7 +7,7 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.optics import Optics
@@ -22,7 +22,7 @@ def is_component_name(text: str) -> bool:
 
 def _component_named(text: str) -> str:
     if not is_component_name(text):
-        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {shown(text)}")
+        raise ValueError(f"should be plugin.name, for example 'core.poisson', not {shorten_repr(text)}")
     return text
 
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, overload
 
 from tactile_core.formats.json import plain
 from tactile_core.quantities import Frame, Quantity
-from tactile_core.quantities.quantity import Guard, unguarded
+from tactile_core.quantities.quantity import Guard, pass_errors
 
 Q = TypeVar("Q", bound=Quantity)
 
@@ -85,7 +85,7 @@ class Reading:
         found = self.quantities.get(wanted)
         return found if isinstance(found, wanted) else None
 
-    def summary(self, guard: Guard = unguarded) -> dict[str, Any]:
+    def summary(self, guard: Guard = pass_errors) -> dict[str, Any]:
         """Return the line of ``tactile run --json`` as a dict: strict JSON, with None for NaN.
 
         Parameters

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 
 MOST = 1e9  # Largest magnitude of any number in a profile, in any unit
 
@@ -23,7 +23,7 @@ class Section(BaseModel):
     def _plausible_magnitude(cls, value: Any) -> Any:
         # larger numbers could overflow in later arithmetic
         if _largest(value) > MOST:
-            raise ValueError(f"should be at most {MOST:g}, not {shown(value)}")
+            raise ValueError(f"should be at most {MOST:g}, not {shorten_repr(value)}")
         return value
 
     @field_validator("*", mode="before")

@@ -17,7 +17,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Quantity
-from tactile_core.quantities.quantity import Guard, unguarded
+from tactile_core.quantities.quantity import Guard, pass_errors
 
 
 class ResultFolder(Protocol):
@@ -80,7 +80,7 @@ class Session:
     channels: tuple[str, ...]
     quantities: tuple[type[Quantity], ...]
     folder: ResultFolder | None = None
-    guard: Guard = unguarded
+    guard: Guard = pass_errors
     record: Recorder | None = None
 
 

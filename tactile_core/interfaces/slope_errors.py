@@ -13,7 +13,7 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.section import Artefact
 from tactile_core.quantities import Float32, Gradients
-from tactile_core.quantities.on_demand import grid_of, on_demand, replaced
+from tactile_core.quantities.on_demand import grid_of, on_demand, replace_values
 
 _FILE = "errors.npz"
 
@@ -52,7 +52,7 @@ class SlopeErrors(Artefact):
     def added_to(self, gradients: Gradients) -> Gradients:
         """Return the slopes of a frame, with their standard deviation."""
         gx, gy = grid_of(gradients, "x"), grid_of(gradients, "y")
-        return replaced(
+        return replace_values(
             gradients,
             std_cells=on_demand(
                 lambda: slope_std(gx.cells, gy.cells, self.slopes, self.std, step_px=gx.step_px)

@@ -101,14 +101,14 @@ def alternative_pipeline(sensor: Sensor, choice: Choice) -> Pipeline:
         The estimator does not fit, or the bundle is of another sensor.
     """
     own = sensor.pipeline
-    profile = swapped(sensor.profile, choice.step, choice.use) if choice.step else sensor.profile
+    profile = swap_estimator(sensor.profile, choice.step, choice.use) if choice.step else sensor.profile
     bundle = own.bundle if choice.bundle is None else Bundle.load(choice.bundle)
     made = Pipeline(profile, bundle, own.reference, serial=sensor.serial)
     copied: Pipeline = pickle.loads(pickle.dumps(made))  # shares nothing with the other thread
     return copied
 
 
-def swapped(profile: Profile, step: str, use: str) -> Profile:
+def swap_estimator(profile: Profile, step: str, use: str) -> Profile:
     """Return the profile with another estimator in a step; options that both have are kept."""
     kind = resolve("estimator", use)
     known = kind.Options.model_fields
@@ -168,7 +168,7 @@ class Alternative:
         return Comparison(state, self.choice.title, quantities, reading.latency_ms)
 
 
-def chosen(choices: Iterable[Choice], key: str) -> Choice:
+def find_choice(choices: Iterable[Choice], key: str) -> Choice:
     """Return the choice of this key.
 
     Raises
@@ -190,7 +190,7 @@ def _alike(profile: Profile, step: str, use: str) -> Iterator[str]:
             other = f"{plugin.name}.{name}"
             try:
                 if other != use and _gives(other) == wanted:
-                    check_steps(swapped(profile, step, other))
+                    check_steps(swap_estimator(profile, step, other))
                     yield other
             except TactileError:
                 continue  # a broken plugin, or one that does not fit here

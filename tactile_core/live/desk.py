@@ -17,7 +17,7 @@ from tactile_core.live.alternative import (
     Choice,
     alternative_pipeline,
     choices_for,
-    chosen,
+    find_choice,
 )
 from tactile_core.live.commands import (
     AnyCommand,
@@ -130,7 +130,7 @@ class Desk:
             "calibration": self.guiding.state,
             "report": bool(self.guiding.report),
             "guidance": described_guidance(self.live),
-            "recording": None if recording is None else _recorded(recording),
+            "recording": None if recording is None else _describe_recording(recording),
         }
 
     @property
@@ -218,11 +218,11 @@ class Desk:
     def _compare(self, key: str) -> str:
         if not key or key == TRUTH:
             if key:
-                chosen(self.choices, key)
+                find_choice(self.choices, key)
             self.live.compare(None)
             self.choice = key
             return "Shown beside the truth" if key else "The comparison has ended"
-        choice = chosen(self.choices, key)
+        choice = find_choice(self.choices, key)
         pipeline = alternative_pipeline(self.live.sensor, choice)
         self.live.compare(Alternative(choice, pipeline))
         self.choice = key
@@ -258,7 +258,7 @@ def _kind(live: LiveSensor) -> str:
     return "live" if live.sensor.is_live else "recording"
 
 
-def _recorded(recording: RunningRecording) -> dict[str, Any]:
+def _describe_recording(recording: RunningRecording) -> dict[str, Any]:
     return {
         "images": recording.images,
         "dropped": recording.dropped,

@@ -95,19 +95,19 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
     for field in fields_of(kind):
         units[field.name] = units[field.spec.saved_as] = field.spec.unit
     for key, value in _leaves(plain(quantity.summary())):
-        name = _named(key, kind)
+        name = _name_deviation(key, kind)
         unit = units.get(name, units.get(name.rpartition(".")[2]))
         if unit is None:
             unit = _unit(name) or ("" if isinstance(value, str) else _own_unit(quantity))
         featured = own or key in _FEATURED or key.startswith("wrench.")
-        yield Entry(key, _title(name), _shown(unit), value, featured)
+        yield Entry(key, _title(name), _format_unit(unit), value, featured)
     if kind.summary is not Quantity.summary:
         return
     for field in fields_of(kind):
         value = getattr(quantity, field.name)
         if not field.is_array or value is None or value.ndim != 1 or value.dtype.kind not in "fiu":
             continue
-        key, unit = field.spec.saved_as, _shown(field.spec.unit)
+        key, unit = field.spec.saved_as, _format_unit(field.spec.unit)
         numbers = plain(np.asarray(value[:_CURVE], np.float64).tolist())
         if len(value) <= _FEW:
             for index, number in enumerate(numbers):
@@ -116,7 +116,7 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
             yield Entry(key, _title(key), unit, numbers, own)
 
 
-def _named(key: str, kind: type[Quantity]) -> str:
+def _name_deviation(key: str, kind: type[Quantity]) -> str:
     """Return the name of the field that a place in a row of standard deviations stands for."""
     group, _, place = key.rpartition(".")
     group, _, row = group.rpartition(".")
@@ -143,7 +143,7 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def _shown(unit: str) -> str:
+def _format_unit(unit: str) -> str:
     return _SHOWN_UNITS.get(unit, unit)
 
 

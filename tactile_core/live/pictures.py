@@ -70,7 +70,7 @@ def picture(frame: Frame, channel: int | None, parts: Parts) -> dict[str, Any]:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
     else:
         pixels = pixels.mean(axis=2) if count > 1 else pixels[..., 0]
-    pixels = _reduced(np.ascontiguousarray(pixels), PAGE.picture_px)
+    pixels = _shrink_values(np.ascontiguousarray(pixels), PAGE.picture_px)
     if pixels.dtype != np.uint8 or frame.full_scale != np.iinfo(np.uint8).max:
         pixels = cv2.convertScaleAbs(pixels.astype(np.float32), alpha=255 / frame.full_scale)
     encoded = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, PAGE.jpeg_quality])[1]
@@ -108,7 +108,7 @@ def map_of(named: NamedLayer, parts: Parts) -> dict[str, Any]:
 
 def grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
     """Add numbers per pixel, reduced and in steps of a 65535th of their range."""
-    numbers = _reduced(np.ascontiguousarray(values, np.float32), PAGE.map_px)
+    numbers = _shrink_values(np.ascontiguousarray(values, np.float32), PAGE.map_px)
     low, high = float(numbers.min()), float(numbers.max())
     if not np.isfinite([low, high]).all():
         numbers = np.nan_to_num(numbers, posinf=0, neginf=0)
@@ -164,7 +164,7 @@ def _contours(mask: NDArray[np.bool_]) -> Iterator[NDArray[np.int16]]:
         yield line.reshape(-1, 2).astype(np.int16)
 
 
-def _reduced(values: NDArray[Any], longest: int) -> NDArray[Any]:
+def _shrink_values(values: NDArray[Any], longest: int) -> NDArray[Any]:
     height, width = values.shape[:2]
     factor = longest / max(height, width)
     if factor >= 1:

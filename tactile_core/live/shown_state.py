@@ -81,7 +81,7 @@ def encoded_state(
         "overlays": list(overlays(layers, frame.mm_per_px, parts)),
         "entries": [[one.key, one.title, one.unit, one.value] for one in state.entries],
         "featured": [one.key for one in state.entries if one.featured],
-        "samples": _plotted(samples, parts),
+        "samples": _pack_samples(samples, parts),
         "warnings": [*reading.warnings, *state.faults, *faults],
         "health": state.health,
         "failure": state.failure,
@@ -91,7 +91,7 @@ def encoded_state(
     return parts.message(plain(header))
 
 
-def _plotted(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
+def _pack_samples(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
     keys = list(dict.fromkeys(key for sample in samples for key in sample.values))
     rows = np.full((len(samples), 1 + len(keys)), np.nan)
     for row, sample in zip(rows, samples, strict=True):

@@ -214,11 +214,11 @@ class Chain:
             with step.blamed():
                 found = step.estimate(by_type)
             _refuse_writing(step, by_type)
-            found = _checked(step, found, size)
+            found = _check_results(step, found, size)
             if tare:
                 with step.blamed():
                     tared = step.estimator.tare(found[0] if len(found) == 1 else found)
-                found = _checked(step, _tuple(tared), size)
+                found = _check_results(step, _tuple(tared), size)
             by_type.update(zip(step.gives, found, strict=True))
             results[step.name] = found[0]
         return ChainResult(by_type, results, plan.left_out)
@@ -320,7 +320,7 @@ def _tuple(result: Any) -> tuple[Any, ...]:
     return result if isinstance(result, tuple) else (result,)
 
 
-def _checked(
+def _check_results(
     step: Step, results: tuple[Any, ...], size: tuple[int, ...] | None
 ) -> tuple[Quantity, ...]:
     """Raise an error if results differ from the step's declaration in type or form."""

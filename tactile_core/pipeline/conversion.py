@@ -15,7 +15,7 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.sink import Sink
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.recorded_sensor import recorded_session
-from tactile_core.pipeline.recording_session import recorded
+from tactile_core.pipeline.recording_session import keep_recording
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sinks import CORE, Sinks
 from tactile_core.plugins.registry import list_plugins, resolve
@@ -184,7 +184,7 @@ def _copy_reference(
 
 def _record(sensor: Sensor, out: Path, readings: bool, advance: Callable[[float], None]) -> int:
     with sensor.record_with(copy_writer(out), readings, waits=True) as recording:
-        for _ in recorded(sensor, recording):
+        for _ in keep_recording(sensor, recording):
             advance(_share(sensor, recording.images))
     if recording.failure is not None:
         raise OSError(recording.failure)

@@ -152,7 +152,7 @@ def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
         )
         return
     try:
-        is_open = yield from _opened("camera", CAMERA, camera)
+        is_open = yield from _open_device("camera", CAMERA, camera)
         if is_open:
             yield from _bandwidth(camera, timeout_s)
         if driver is None:
@@ -160,7 +160,7 @@ def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
             return
         with blame(DRIVER, driver):
             driver.attach(camera)
-        if (yield from _opened("lights", DRIVER, driver)):
+        if (yield from _open_device("lights", DRIVER, driver)):
             yield from _examine_lights(driver, is_open)
             if is_open:
                 levels = {name: 1.0 for one in illumination.exposures() for name in one.levels}
@@ -172,7 +172,7 @@ def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
                     device.close()
 
 
-def _opened(name: str, part: str, device: Device) -> Generator[Check, None, bool]:
+def _open_device(name: str, part: str, device: Device) -> Generator[Check, None, bool]:
     """Open a device, yield a check for each stage of it, and return whether it is open."""
     try:
         with blame(part, device):

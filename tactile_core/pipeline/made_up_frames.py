@@ -40,7 +40,7 @@ def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:
     for number, (moved_px, turn) in enumerate(moves):
         pixels = reference.pixels
         if moved_px is not None:
-            pixels = np.minimum(_pressed(pixels, moved_px, turn), reference.full_scale)
+            pixels = np.minimum(_press_discs(pixels, moved_px, turn), reference.full_scale)
         shown = Reference(pixels, reference.channels, reference.full_scale)
         yield replace(shown.as_frame(mm_per_px), sequence=number, timestamp_s=number / NOMINAL_FPS)
 
@@ -57,7 +57,7 @@ def made_up_reference(image: ImageSection, channels: tuple[str, ...]) -> Referen
     return Reference(pixels, channels, full_scale)
 
 
-def _pressed(pixels: Float32, moved_px: int, turn: int) -> Float32:
+def _press_discs(pixels: Float32, moved_px: int, turn: int) -> Float32:
     """Shade four discs, each channel from another side, and move them along x.
 
     The sides of the channels follow each other clockwise or, with ``turn`` -1, the other way. From

@@ -75,7 +75,7 @@ def open_sensor(
     if session is not None:
         check_unit(session, serial, Path(input or ""))
         serial, sim = serial or session.serial, sim or session.sim
-    resolved = profile if isinstance(profile, Profile) else _loaded(profile, sim, script)
+    resolved = profile if isinstance(profile, Profile) else _load_profile(profile, sim, script)
     if serial is not None:
         check_serial(serial)
         if input is None:
@@ -103,7 +103,7 @@ def open_sensor(
     ).open()
 
 
-def _loaded(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
+def _load_profile(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
     if script is None:
         return load_profile(profile, sim=sim)
     if not sim:

@@ -15,7 +15,7 @@ class WAITING:
     look_s = 0.1  # [s] Time between two looks at it. Source: ten in a second seem continuous.
 
 
-def recorded(
+def keep_recording(
     sensor: Sensor,
     recording: RunningRecording,
     *,

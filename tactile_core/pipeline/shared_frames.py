@@ -71,7 +71,7 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
             while True:
                 room = _WAITING_EACH * workers - len(waiting)
                 for frame in islice(left, room):
-                    waiting.append(crew.submit(partial(_measured, frame)))
+                    waiting.append(crew.submit(partial(_measure_in_worker, frame)))
                 if not waiting:
                     return
                 yield waiting.popleft().result()
@@ -81,7 +81,7 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
         ) from error
 
 
-def _measured(frame: Frame, worker: WorkerProcess) -> Reading:
+def _measure_in_worker(frame: Frame, worker: WorkerProcess) -> Reading:
     reading = worker.ask(frame)
     assert isinstance(reading, Reading)
     return reading

@@ -145,38 +145,38 @@ def serve() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # releases what the generator holds
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a plugin's print must not mix with the answers
-    with suppress(BrokenPipeError), closing(_answered()) as answered:  # the other one has ended
+    with suppress(BrokenPipeError), closing(_answer_messages()) as answered:  # the other one has ended
         for answer in answered:
             answers.write(answer)
             answers.flush()
 
 
-def _answered() -> Generator[bytes, None, None]:
+def _answer_messages() -> Generator[bytes, None, None]:
     """Values that the generator yields, one per message, and finally its exception, if any."""
     messages = _messages()
     try:
         function, arguments = next(messages)
         with closing(function(*arguments)) as generator:
-            yield _pickled(next(generator))
+            yield _pickle_value(next(generator))
             for message in messages:
-                yield _pickled(generator.send(message))
+                yield _pickle_value(generator.send(message))
     except StopIteration:
         return
     except Exception as error:
-        yield _failed(error)
+        yield _pickle_failure(error)
     except SystemExit as error:
-        yield _failed(ChildProcessError(f"a worker process was ended ({words_of(error)})"))
+        yield _pickle_failure(ChildProcessError(f"a worker process was ended ({words_of(error)})"))
 
 
-def _failed(error: Exception) -> bytes:
+def _pickle_failure(error: Exception) -> bytes:
     traceback = "".join(format_exception(error))
     try:
-        return _pickled(_Failure(error, traceback))
+        return _pickle_value(_Failure(error, traceback))
     except Exception:  # of a class that cannot be pickled
-        return _pickled(_Failure(RuntimeError(words_of(error)), traceback))
+        return _pickle_value(_Failure(RuntimeError(words_of(error)), traceback))
 
 
-def _pickled(value: Any) -> bytes:
+def _pickle_value(value: Any) -> bytes:
     return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
 
 

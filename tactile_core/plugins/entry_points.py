@@ -58,7 +58,7 @@ def installed_offers() -> tuple[Offer, ...]:
     return _scan(tuple((entry, _modified_ns(entry)) for entry in sys.path))
 
 
-def normalized(distribution: str) -> str:
+def normalize_name(distribution: str) -> str:
     """Return a distribution's name in the normalized form of package indexes."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
@@ -80,7 +80,7 @@ def _scan(path_state: tuple[tuple[str, int], ...]) -> tuple[Offer, ...]:
         found = tuple(_offers(distribution))
         if found:
             # Python imports the first one on sys.path
-            offers.setdefault(normalized(found[0].distribution), found)
+            offers.setdefault(normalize_name(found[0].distribution), found)
     return tuple(offer for found in offers.values() for offer in found)
 
 

@@ -58,7 +58,7 @@ class Plugin:
         """
         found = _attempt(partial(_object, offer.value), f"{offer} cannot be imported", offer)
         try:
-            hooks = _registered(found)
+            hooks = _register_plugin(found)
         except PluginValidationError as error:
             raise PluginError(
                 f"{offer} has an invalid hook ({words_of(error)}); {_remedy(offer)}"
@@ -187,7 +187,7 @@ def _manager() -> PluginManager:
     return manager
 
 
-def _registered(plugin: Any) -> dict[str, HookImpl]:
+def _register_plugin(plugin: Any) -> dict[str, HookImpl]:
     """Return a plugin's implementations by hook; validate them on first use."""
     manager = _manager()
     with _REGISTERING:

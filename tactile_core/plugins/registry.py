@@ -18,7 +18,7 @@ import tactile_core
 from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins.entry_points import Offer, installed_offers, normalized
+from tactile_core.plugins.entry_points import Offer, installed_offers, normalize_name
 from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
 
@@ -224,7 +224,7 @@ def _foreign_offers() -> list[Offer]:
     return [
         offer
         for offer in installed_offers()
-        if (offer.name, normalized(offer.distribution)) != (_CORE.name, _CORE.distribution)
+        if (offer.name, normalize_name(offer.distribution)) != (_CORE.name, _CORE.distribution)
     ]
 
 

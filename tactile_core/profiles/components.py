@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError, create_model
 
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
-from tactile_core.formats.files import expanded
+from tactile_core.formats.files import expand_home
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
@@ -59,7 +59,7 @@ def check_components(source: Source) -> Checked:
     tree = source.settings
     settings: dict[str, Any] = tree.plain()
     problems = []
-    for keys, kind, node in _named(tree):
+    for keys, kind, node in _find_components(tree):
         use = node.value["use"]
         try:
             part = _component(kind, use.value)
@@ -79,11 +79,11 @@ def check_components(source: Source) -> Checked:
         given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
         for key in _replaced_selectors(source, part, given):
             given = given.without(key)
-            del _at(settings, keys)[key]
+            del _settings_at(settings, keys)[key]
         found = []
         try:
             options = {
-                key: _with_paths(value, _declared(model, key)) for key, value in given.value.items()
+                key: _with_paths(value, _declared_type(model, key)) for key, value in given.value.items()
             }
             mistakes = _mistakes(part, use.value, options)
         except PluginFault as error:
@@ -94,7 +94,7 @@ def check_components(source: Source) -> Checked:
         else:
             if mistakes is not None:
                 found = problems_of(mistakes, tree, _with_components(kind, model), keys)
-            _at(settings, keys).update(options)
+            _settings_at(settings, keys).update(options)
         reported = {problem.key for problem in found}
         problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in reported)]
     return Checked(tuple(problems), settings)
@@ -118,7 +118,7 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
         yield from _not_finite(child, (*keys, key))
 
 
-def _named(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
+def _find_components(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
     for keys, kind in _PLACES.items():
         node = tree.at(keys)
         if node is not None and _names_a_component(node):
@@ -185,7 +185,7 @@ def _replaced_selectors(source: Source, part: Any, given: Node) -> list[str]:
     ]
 
 
-def _declared(model: type[BaseModel], key: str) -> Any:
+def _declared_type(model: type[BaseModel], key: str) -> Any:
     field = model.model_fields.get(key)
     return None if field is None else field.annotation
 
@@ -196,7 +196,7 @@ def _with_paths(node: Node, annotation: Any) -> Any:
         args = next((found for one in parts(annotation).members if (found := get_args(one))), ())
         return [_with_paths(item, args[0] if args else None) for item in node.value]
     if isinstance(node.value, str) and _is_path(annotation, node.value):
-        return str(node.place.file.parent.resolve() / expanded(node.value))
+        return str(node.place.file.parent.resolve() / expand_home(node.value))
     return node.plain()
 
 
@@ -207,7 +207,7 @@ def _is_path(annotation: Any, text: str) -> bool:
     return bool(paths) and text not in words
 
 
-def _at(settings: dict[str, Any], keys: Keys) -> dict[str, Any]:
+def _settings_at(settings: dict[str, Any], keys: Keys) -> dict[str, Any]:
     for key in keys:
         settings = settings[str(key)]
     return settings

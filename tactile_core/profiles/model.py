@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.interfaces.component import Component, Lighting
 from tactile_core.interfaces.gel import Gel, markers_misfit
 from tactile_core.interfaces.image import ImageSection
@@ -18,11 +18,11 @@ from tactile_core.interfaces.section import Section
 _NAME = r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$"
 
 
-def _named(text: str) -> str:
+def _check_name(text: str) -> str:
     if not re.fullmatch(_NAME, text):
         raise ValueError(
             f"should consist of up to 100 letters, digits, '_', '.' and '-' and not begin with "
-            f"'.' or '-', not {shown(text)}"
+            f"'.' or '-', not {shorten_repr(text)}"
         )
     return text
 
@@ -31,7 +31,7 @@ class Profile(Section):
     """One sensor build."""
 
     schema_version: Literal[1] = Field(alias="schema", description="Format of this file: 1.")
-    name: Annotated[str, AfterValidator(_named)] = Field(
+    name: Annotated[str, AfterValidator(_check_name)] = Field(
         description="The profile's name.", json_schema_extra={"pattern": _NAME}
     )
     revision: str = Field(default="", description="Revision of the build.")

@@ -9,8 +9,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from tactile_core.errors import InputError, Place, ProfileError
-from tactile_core.formats.files import expanded, is_file
-from tactile_core.formats.json import shown
+from tactile_core.formats.files import expand_home, is_file
+from tactile_core.formats.json import shorten_repr
 from tactile_core.profiles.yaml_tree import problem_at, read_yaml
 
 _SUFFIXES = (".yaml", ".yml")
@@ -68,7 +68,7 @@ def find_profile(name_or_path: str | Path) -> Path:
     """
     if isinstance(name_or_path, Path) or is_path(name_or_path):
         try:
-            return expanded(name_or_path)
+            return expand_home(name_or_path)
         except InputError as error:
             raise ProfileError(str(error)) from None
     for entry in shipped_profiles():
@@ -119,7 +119,7 @@ def _unknown(name: str, known: Sequence[str]) -> str:
     else:
         hint = f"did you mean {close[0]!r}? " if close else ""
     return (
-        f"there is no profile {shown(name)}; {hint}There are {', '.join(known)}, and a file is "
+        f"there is no profile {shorten_repr(name)}; {hint}There are {', '.join(known)}, and a file is "
         f"named by its path (ending in .yaml)"
     )
 

@@ -57,9 +57,9 @@ def problems_of(
     start = tree.at(prefix) or tree
     by_keys: dict[Keys, list[Any]] = {}
     for one in error.errors(include_url=False):
-        keys = _written(start, one["loc"], model)
+        keys = _written_keys(start, one["loc"], model)
         by_keys.setdefault(keys, []).append(one)
-    meant = _meant(by_keys, model)
+    meant = _find_misspelt(by_keys, model)
     found = []
     for keys, errors in by_keys.items():
         inner = any(other[: len(keys)] == keys and len(other) > len(keys) for other in by_keys)
@@ -70,7 +70,7 @@ def problems_of(
     return found
 
 
-def _written(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
+def _written_keys(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
     """Return the keys of an error location, without pydantic's names of union alternatives."""
     node: Node | None = start
     kept: list[str | int] = []
@@ -79,17 +79,17 @@ def _written(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:
         if child is not None:
             node = child
             kept.append(part)
-        elif index == len(loc) - 1 and part in _known(model, tuple(kept)):
+        elif index == len(loc) - 1 and part in _known_keys(model, tuple(kept)):
             kept.append(part)
     return tuple(kept)
 
 
-def _meant(by_keys: dict[Keys, list[Any]], model: type[BaseModel]) -> set[Keys]:
+def _find_misspelt(by_keys: dict[Keys, list[Any]], model: type[BaseModel]) -> set[Keys]:
     """Return the missing keys that are present but misspelt."""
     misspelt = {}
     for keys, errors in by_keys.items():
         if errors[0]["type"] == "extra_forbidden":
-            close = _nearest(str(keys[-1]), _known(model, keys[:-1]))
+            close = _nearest(str(keys[-1]), _known_keys(model, keys[:-1]))
             misspelt.update({(*keys[:-1], near): keys for near in close})
     return {keys for keys, errors in by_keys.items() if errors[0]["type"] == "missing"} & set(
         misspelt
@@ -99,7 +99,7 @@ def _meant(by_keys: dict[Keys, list[Any]], model: type[BaseModel]) -> set[Keys]:
 def _sentence(errors: list[Any], node: Node | None, model: type[BaseModel], keys: Keys) -> str:
     kind = errors[0]["type"]
     if kind == "extra_forbidden":
-        return _unknown_key(str(keys[-1]), _known(model, keys[:-1]))
+        return _unknown_key(str(keys[-1]), _known_keys(model, keys[:-1]))
     if kind == "missing" and node is None:
         return MISSING
     if node is None:
@@ -114,7 +114,7 @@ def _sentence(errors: list[Any], node: Node | None, model: type[BaseModel], keys
     expected = dict.fromkeys(
         words.format_map(one.get("ctx", {})) for words, one in zip(choices, errors, strict=True)
     )
-    sentence = f"should be {' or '.join(expected)}, not {_shown(node)}"
+    sentence = f"should be {' or '.join(expected)}, not {_format_node(node)}"
     return sentence + _hint(kind, node, errors)
 
 
@@ -125,13 +125,13 @@ def _own_message(error: Any) -> str:
 
 def _hint(kind: str, node: Node, errors: list[Any]) -> str:
     if kind == "string_type" and isinstance(node.value, int | float):
-        return f'; write it in quotes: "{_shown(node)}"'
+        return f'; write it in quotes: "{_format_node(node)}"'
     known = [part for one in errors for part in str(one.get("ctx", {}).get("expected")).split("'")]
     near = _nearest(node.value, known) if isinstance(node.value, str) else []
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
-def _shown(node: Node) -> str:
+def _format_node(node: Node) -> str:
     value = node.value
     if isinstance(value, bool):
         return str(value).lower()
@@ -154,7 +154,7 @@ def _nearest(word: str, known: Iterable[str]) -> list[str]:
     return get_close_matches(word, list(known), 1, 0.6)
 
 
-def _known(model: type[BaseModel], keys: Keys) -> list[str]:
+def _known_keys(model: type[BaseModel], keys: Keys) -> list[str]:
     """Return the keys of the mapping at a path, as written in YAML."""
     section = _model_in(_annotation(model, keys))
     return [] if section is None else list(_fields(section))

@@ -32,7 +32,7 @@ def merge(base: Node, top: Node) -> Node:
         oldest to the newest: the order matters, because a changed ``use`` and ``null`` discard
         older values.
     """
-    return _merged(base, top, ())
+    return _merge_nodes(base, top, ())
 
 
 def without_nulls(node: Node) -> Node:
@@ -45,28 +45,28 @@ def without_nulls(node: Node) -> Node:
     return node
 
 
-def _merged(base: Node, top: Node, keys: Keys) -> Node:
+def _merge_nodes(base: Node, top: Node, keys: Keys) -> Node:
     if not (base.is_mapping and top.is_mapping):
         return top
-    below = {key: node for key, node in base.value.items() if key not in _dropped(base, top, keys)}
+    below = {key: node for key, node in base.value.items() if key not in _find_dropped(base, top, keys)}
     merged = {}
     for key, node in below.items():
         above = top.get(key)
-        merged[key] = node if above is None else _merged(node, above, (*keys, key))
+        merged[key] = node if above is None else _merge_nodes(node, above, (*keys, key))
     merged.update({key: node for key, node in top.value.items() if key not in below})
     return Node(merged, top.place)
 
 
-def _dropped(base: Node, top: Node, keys: Keys) -> frozenset[str]:
+def _find_dropped(base: Node, top: Node, keys: Keys) -> frozenset[str]:
     """Return the keys of ``base`` that do not apply to the variant chosen in ``top``."""
-    if _changed(base, top, "use"):
+    if _has_changed(base, top, "use"):
         return frozenset(base.value) - _KEPT.get(keys, frozenset())
-    if keys == ("gel",) and _changed(base, top, "shape"):
+    if keys == ("gel",) and _has_changed(base, top, "shape"):
         return _KEYS_OF_A_SHAPE.get(str(base.value["shape"].value), frozenset())
     return frozenset()
 
 
-def _changed(base: Node, top: Node, key: str) -> bool:
+def _has_changed(base: Node, top: Node, key: str) -> bool:
     old, new = base.get(key), top.get(key)
     return old is not None and new is not None and old.value != new.value
 
@@ -155,20 +155,20 @@ def _read(path: Path, find: Find, below: tuple[Path, ...]) -> Source:
 
 def _parent(extends: Node, find: Find, chain: tuple[Path, ...]) -> Path:
     if not isinstance(extends.value, str):
-        raise _refused(extends, "name one profile, or the path of one file")
+        raise _refuse_parent(extends, "name one profile, or the path of one file")
     if len(chain) > DEEPEST:
-        raise _refused(
+        raise _refuse_parent(
             extends,
             f"more than {DEEPEST} profiles extend each other; use fewer files",
         )
     parent = find(extends.value, extends.place)
     if parent.resolve() in [path.resolve() for path in chain]:
         circle = " → ".join(path.name for path in (*chain, parent))
-        raise _refused(extends, f"profiles extend each other in a circle: {circle}")
+        raise _refuse_parent(extends, f"profiles extend each other in a circle: {circle}")
     return parent
 
 
-def _refused(extends: Node, message: str) -> ProfileError:
+def _refuse_parent(extends: Node, message: str) -> ProfileError:
     keys: Keys = ("extends",)
     problem = problem_at(extends.place, keys, message)
     return ProfileError(str(problem), [problem])

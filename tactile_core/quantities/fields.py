@@ -125,7 +125,7 @@ def _fields_of(kind: type[Any]) -> tuple[Field, ...]:
     try:
         hints = get_type_hints(kind, include_extras=True)
         return tuple(
-            _described(kind, field.name, hints[field.name], field.default)
+            _make_field(kind, field.name, hints[field.name], field.default)
             for field in dataclasses.fields(kind)
         )
     except Exception as error:  # evaluating annotations runs arbitrary code
@@ -135,7 +135,7 @@ def _fields_of(kind: type[Any]) -> tuple[Field, ...]:
         ) from error
 
 
-def _described(kind: type[Any], name: str, annotation: Any, default: Any) -> Field:
+def _make_field(kind: type[Any], name: str, annotation: Any, default: Any) -> Field:
     found = parts(annotation)
     spec = next((e for e in reversed(found.extras) if isinstance(e, FieldSpec)), FieldSpec())
     form, dtype = _form(found.types[0]) if len(found.types) == 1 else (object, None)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.quantities.fields import FieldSpec, TimestampS
@@ -133,7 +133,7 @@ class Frame(Quantity):
         rows, columns, channels = self.pixels.shape
         if self.pixels.dtype != np.uint8 or channels != 3 or rows % 2 or columns % 2:
             return None
-        halves = np.asarray(shrunk(self.pixels, (columns // 2, rows // 2)), np.uint8)
+        halves = np.asarray(shrink_image(self.pixels, (columns // 2, rows // 2)), np.uint8)
         halves.flags.writeable = False
         return halves
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import interpolated
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.arrays.types import Float32
 
 ON_DEMAND = "_on_demand"  # Attribute of a quantity that holds its fields that were given on demand
@@ -46,7 +46,7 @@ class Grid(NamedTuple):
         """Return a grid that ends where the image does: itself, or else the image's pixels."""
         if tuple(side * self.step_px for side in self.cells.shape[:2]) == self.shape:
             return self
-        return Grid(interpolated(self.cells, self.step_px, self.shape), 1, self.shape)
+        return Grid(interpolate_cells(self.cells, self.step_px, self.shape), 1, self.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def on_grid(cells: Float32, step_px: int, shape: tuple[int, int]) -> Float32:
     if step_px == 1:
         return cells
     grid = Grid(cells, step_px, shape)
-    return on_demand(lambda: interpolated(cells, step_px, shape), grid)
+    return on_demand(lambda: interpolate_cells(cells, step_px, shape), grid)
 
 
 def waiting(quantity: Any) -> dict[str, OnDemand]:
@@ -111,7 +111,7 @@ def grid_of(quantity: Any, name: str) -> Grid:
     return Grid(pixels, 1, pixels.shape[:2])
 
 
-def replaced(quantity: T, **values: Any) -> T:
+def replace_values(quantity: T, **values: Any) -> T:
     """Return a copy with other values, as :func:`dataclasses.replace` does.
 
     Fields that are computed on demand stay so.

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import enlarged
+from tactile_core.algorithms.arrays.shrinking import enlarge_cells
 from tactile_core.errors import InputError
 from tactile_core.quantities.fields import (
     Field,
@@ -103,7 +103,7 @@ class Quantity:
         images = [getattr(self, f.name) for f in _images(type(self)) if not f.spec.coarse]
         sizes = [image.shape[:2] for image in images if image is not None]
         values: NDArray[Any] = getattr(self, name)
-        return values if not sizes else enlarged(values, sizes[0])
+        return values if not sizes else enlarge_cells(values, sizes[0])
 
     def arrays(self) -> Arrays:
         """Return named arrays from which :meth:`from_arrays` rebuilds the quantity.
@@ -208,7 +208,7 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
-def unguarded(_: Quantity) -> AbstractContextManager[None]:
+def pass_errors(_: Quantity) -> AbstractContextManager[None]:
     """Return a context manager that lets errors of a quantity's code pass."""
     return nullcontext()
 

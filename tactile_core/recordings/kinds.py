@@ -74,7 +74,7 @@ def recording_writer(path: Path) -> RecordingWriter:
 def copy_writer(path: Path) -> RecordingWriter:
     """Return the writer of a copy of a recording: MCAP, HDF5, or a folder."""
     kind = _KINDS.get(path.suffix.lower(), _FOLDER)
-    writer: RecordingWriter = _loaded(kind.writer)(path)
+    writer: RecordingWriter = _load_attribute(kind.writer)(path)
     return writer
 
 
@@ -87,10 +87,10 @@ def recording_file(path: Path) -> RecordingFile:
         It is damaged, or not of the format that its name says.
     """
     kind = _KINDS.get(path.suffix.lower(), _FOLDER)
-    file: RecordingFile = _loaded(kind.file)(path)
+    file: RecordingFile = _load_attribute(kind.file)(path)
     return file
 
 
-def _loaded(name: str) -> Any:
+def _load_attribute(name: str) -> Any:
     module, _, attribute = name.partition(":")
     return getattr(import_module(module), attribute)

@@ -71,7 +71,7 @@ class RecordedSource(ObservationSource):
                 f"{_exposures(file.session.exposures)}, but the rig takes "
                 f"{_exposures(images_per_observation)}; use the profile that it was recorded with"
             )
-        self._played, turns = _played(file, images_per_observation, every=every)
+        self._played, turns = _plan_replay(file, images_per_observation, every=every)
         if not self._played:
             raise InputError(f"{file.path} has no complete observation; record again")
         self.turns: Mapping[int, Turn] = {n: turn for n, turn in turns.items() if turn != Turn()}
@@ -150,7 +150,7 @@ class RecordedSource(ObservationSource):
 _Exposures = tuple[ImageEntry, ...]
 
 
-def _played(
+def _plan_replay(
     file: RecordingFile, count: int, *, every: bool
 ) -> tuple[list[_Exposures], dict[int, Turn]]:
     """Return the observations to measure, and what happened before some of them."""

@@ -179,7 +179,7 @@ def _open_folder(folder: Path, count: int) -> Recording:
         return _scans(folder, [folder / SCAN_FILE], count)
     catalog = find_catalog(folder)
     if catalog is not None and catalog.of_folders:
-        return _catalogued(folder, catalog, count)
+        return _open_catalogue(folder, catalog, count)
     inside = _visible(folder)
     folders = [path for path in inside if path.is_dir()]
     scans = [path / SCAN_FILE for path in folders if (path / SCAN_FILE).is_file()]
@@ -223,7 +223,7 @@ def is_one_recording(path: Path, *, images_per_observation: int = 1) -> bool:
     return several and any(_images_among(_visible(folder)) for folder in folders)
 
 
-def _catalogued(folder: Path, catalog: Catalog, count: int) -> Recording:
+def _open_catalogue(folder: Path, catalog: Catalog, count: int) -> Recording:
     """Open the folders that a catalogue lists, each with one observation or several images."""
     catalog.check_listed()
     scans = [folder / place / SCAN_FILE for place in catalog.diameters_mm]
@@ -236,7 +236,7 @@ def _catalogued(folder: Path, catalog: Catalog, count: int) -> Recording:
         images = [image for image in images if image.stem == _GS_SDK_IMAGE] or images
         name = place.replace("/", "_")
         if count > 1 or len(images) == 1:
-            paths = _counted(folder / place, tuple(images), count)
+            paths = _check_count(folder / place, tuple(images), count)
             observations.append(Files(name, paths))
         else:
             observations += [Files(f"{name}_{image.stem}", (image,)) for image in images]
@@ -259,7 +259,7 @@ def _images_among(paths: Sequence[Path]) -> list[Path]:
 
 def _observations(folder: Path, images: Sequence[Path], count: int) -> list[Files]:
     if count > 1:
-        return [Files(_name_of(folder), _counted(folder, tuple(images), count))]
+        return [Files(_name_of(folder), _check_count(folder, tuple(images), count))]
     names: dict[str, Path] = {}
     for path in images:
         other = names.setdefault(path.stem, path)
@@ -276,7 +276,7 @@ def _scans(path: Path, files: Sequence[Path], count: int) -> Recording:
     observations = []
     for file, scan in scans.items():
         folder = file.parent
-        images = _counted(file, tuple(folder / image for image in scan.images), count)
+        images = _check_count(file, tuple(folder / image for image in scan.images), count)
         absent = next((image for image in images if not image.is_file()), None)
         if absent is not None:
             raise InputError(
@@ -294,7 +294,7 @@ def _name_of(folder: Path) -> str:
     return folder.resolve().name if name == ".." else name
 
 
-def _counted(where: Path, images: tuple[Path, ...], count: int) -> tuple[Path, ...]:
+def _check_count(where: Path, images: tuple[Path, ...], count: int) -> tuple[Path, ...]:
     if len(images) != count:
         raise InputError(
             f"{where} has {_words(len(images))}, but the rig takes {count} for each observation; "

@@ -100,7 +100,7 @@ def _copy(file: McapFile, fresh: Path) -> int:
     writer = McapWriter(fresh)
     writer.open(file.session)
     try:
-        count = sum(_copied(record, file, writer) for record in file.records)
+        count = sum(_copy_record(record, file, writer) for record in file.records)
     except BaseException:
         writer.abandon()
         raise
@@ -108,7 +108,7 @@ def _copy(file: McapFile, fresh: Path) -> int:
     return count
 
 
-def _copied(record: Record, file: McapFile, writer: McapWriter) -> bool:
+def _copy_record(record: Record, file: McapFile, writer: McapWriter) -> bool:
     """Copy a record; return whether it is a message."""
     if record.kind == DAMAGED:
         writer.write_event(RESUMED, {})

@@ -16,7 +16,7 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import find_catalog
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.calibrator import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
@@ -36,7 +36,7 @@ from tactile_core.scaffold.markers import (
     unmeasured_lights,
 )
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
-from tactile_core.scaffold.scale import Scale, ScaleMethod, agreed, measure_scale, scale_finding
+from tactile_core.scaffold.scale import Scale, ScaleMethod, agree_on_scale, measure_scale, scale_finding
 from tactile_core.scaffold.view import find_view, section_of
 
 Ask = Callable[[str], str]  # Asks the user a question and returns the answer; empty if unknown
@@ -54,7 +54,7 @@ def check_name(name: str) -> None:
     """
     if not _NAME.fullmatch(name) or not name.isascii() or len(name) > 100:
         raise InputError(
-            f"{shown(name)}: a name has up to 100 letters, digits and '_', and begins with a letter"
+            f"{shorten_repr(name)}: a name has up to 100 letters, digits and '_', and begins with a letter"
         )
     if name in [entry.name for entry in shipped_profiles()]:
         raise InputError(f"{name!r} is the name of a shipped profile; choose another")
@@ -148,7 +148,7 @@ def new_profile(
     seen = [geometry.apply(exposure) for exposure in shows.exposures]
     markers = find_markers(rest)
     if method is None and picture.mm_per_px is None and ask is not None:
-        method = _asked(ask, markers)
+        method = _ask_scale(ask, markers)
     scales = []
     if method is not None:
         scales.append(
@@ -158,7 +158,7 @@ def new_profile(
             markers = replace(markers, pitch_px=method.size_mm[0] / scales[0].mm_per_px)
     if picture.mm_per_px is not None:
         scales.append(Scale.of_scan(picture.mm_per_px, picture.name, section, camera))
-    found.append(scale_finding(agreed(scales), base, section.width_px))
+    found.append(scale_finding(agree_on_scale(scales), base, section.width_px))
     printed = markers_finding(markers, base, float(found[-1].values["mm_per_px"]), picture.name)
     if printed is not None:
         found.append(printed)
@@ -257,7 +257,7 @@ def _together(exposures: list[Pixels]) -> Pixels:
     return np.concatenate([np.atleast_3d(exposure) for exposure in exposures], axis=2)
 
 
-def _asked(ask: Ask, markers: FoundMarkers | None) -> ScaleMethod | None:
+def _ask_scale(ask: Ask, markers: FoundMarkers | None) -> ScaleMethod | None:
     """Ask for the marker pitch if there are markers, else for the scale."""
     question = "How many mm on the gel is one pixel wide"
     if markers is not None:

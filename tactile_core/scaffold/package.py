@@ -245,7 +245,7 @@ def new_package(profile: NewProfile) -> NewPackage:
     files[f"{module}/py.typed"] = ""
     text = profile.text
     if profile.own_files:
-        files.update(_copied(profile, f"{module}/profiles"))
+        files.update(_copy_own_files(profile, f"{module}/profiles"))
         beside = f"./{profile.own_files[0].name}"
         text = text.replace(f"extends: {profile.extends}", f"extends: {json.dumps(beside)}", 1)
     files[f"{module}/profiles/{profile.name}.yaml"] = text + (
@@ -255,7 +255,7 @@ def new_package(profile: NewProfile) -> NewPackage:
     return NewPackage(profile.name, files, profile.inputs)
 
 
-def _copied(profile: NewProfile, folder: str) -> dict[str, str]:
+def _copy_own_files(profile: NewProfile, folder: str) -> dict[str, str]:
     """Return the texts of the files that a profile extends, by their paths in the package."""
     for path in profile.own_files:
         if path.parent.resolve() != profile.own_files[0].parent.resolve():

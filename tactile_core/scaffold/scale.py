@@ -14,7 +14,7 @@ from tactile_core.algorithms.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
 from tactile_core.conditioning.marker_mask import ONLY_DARK
 from tactile_core.errors import InputError
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.target import read_target
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
@@ -76,13 +76,13 @@ class ScaleMethod:
         size, at, points = rest.partition("@")
         sides = size.replace("×", "x").split("x")
         if kind not in (*_POINTS, "grid", "markers") or len(sides) != 1 + (kind == "rectangle"):
-            raise InputError(f"--scale {shown(text)}: {_FORMS}")
+            raise InputError(f"--scale {shorten_repr(text)}: {_FORMS}")
         xy = [_number(part, text) for part in re.split(r"[\s,;]+", points.strip())] if at else []
         needed = 2 * _POINTS.get(kind, 0)
         if len(xy) != needed and (xy or kind == "rectangle"):
             wanted = f"give {needed} numbers after '@', x,y of both ends or of four corners"
             found = "it is found in the image; leave '@' and what follows out"
-            raise InputError(f"--scale {shown(text)}: {wanted if needed else found}")
+            raise InputError(f"--scale {shorten_repr(text)}: {wanted if needed else found}")
         size_mm = tuple(_number(side, text, least=0.0) for side in sides)
         made = cls(kind, size_mm, tuple(zip(xy[::2], xy[1::2], strict=True)))
         made._check_points()
@@ -117,9 +117,9 @@ class ScaleMethod:
 
 def _number(part: str, text: str, least: float = -np.inf) -> float:
     if not re.fullmatch(_NUMBER, part.strip()):
-        raise InputError(f"--scale {shown(text)}: {shown(part)} is no number; {_FORMS}")
+        raise InputError(f"--scale {shorten_repr(text)}: {shorten_repr(part)} is no number; {_FORMS}")
     if not least < float(part) < np.inf:
-        raise InputError(f"--scale {shown(text)}: a length must be positive and finite")
+        raise InputError(f"--scale {shorten_repr(text)}: a length must be positive and finite")
     return float(part)
 
 
@@ -272,7 +272,7 @@ def measure_scale(
     return Scale(size_mm / length_px, source, measured=not method.points_px)
 
 
-def agreed(scales: list[Scale]) -> Scale | None:
+def agree_on_scale(scales: list[Scale]) -> Scale | None:
     """Return the first scale if the others agree with it; None for an empty list.
 
     Raises
@@ -294,10 +294,10 @@ def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Findin
     """Return the finding for the profile; without a scale it assumes the parent's field of view."""
     if scale is not None:
         comment = f"Millimetres per pixel on the gel, from {scale.source}."
-        values = {"mm_per_px": rounded(scale.mm_per_px)}
+        values = {"mm_per_px": round_scale(scale.mm_per_px)}
         return Finding("image", comment, values, noted=scale.measured)
     view_mm = parent.image.mm_per_px * parent.image.width_px
-    guess = rounded(view_mm / width_px)
+    guess = round_scale(view_mm / width_px)
     comment = (
         f"NOT MEASURED: {guess:g} is right if the image is {view_mm:.3g} mm wide like "
         f"{parent.name}'s. All heights and areas depend on it: measure it by something of known "
@@ -306,7 +306,7 @@ def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Findin
     return Finding("image", comment, {"mm_per_px": guess}, noted=True)
 
 
-def rounded(mm_per_px: float) -> float:
+def round_scale(mm_per_px: float) -> float:
     """Round to five significant digits, more than any length is measured to."""
     return float(f"{mm_per_px:.5g}")
 

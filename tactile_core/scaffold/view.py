@@ -74,7 +74,7 @@ def find_view(
         )
     depth = _depth(pixels, parent, name)
     if scale is not None and scale.kind == "rectangle":
-        return [_rectified(parent, crop, scale), *depth]
+        return [_rectify_view(parent, crop, scale), *depth]
     return [*_upright(pixels, parent, name, crop), *depth]
 
 
@@ -114,7 +114,7 @@ def _is_grey(pixels: Pixels) -> bool:
     return bool((np.ptp(pixels, axis=2) == 0).all())
 
 
-def _rectified(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod) -> Finding:
+def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod) -> Finding:
     """Return the perspective warp of a rectangle of known size."""
     width_mm, height_mm = rectangle.size_mm
     xy = np.asarray(rectangle.points_px)

@@ -94,7 +94,7 @@ class ForceSample(NamedTuple):
     loads: Float32
 
 
-def halved(profile: Profile) -> Profile:
+def halve_profile(profile: Profile) -> Profile:
     """Return the profile with an image of half the size, and the noise of full pixels averaged.
 
     Frames of it, shrunk further, look like frames of the full size and render in half the time.
@@ -135,7 +135,7 @@ class ForceUnit:
         self, design: Profile, seed: int, size: tuple[int, int], *, half: bool = False
     ) -> None:
         unit = vary(design, seed)
-        self.stage = VirtualStage(halved(unit) if half else unit, seed)
+        self.stage = VirtualStage(halve_profile(unit) if half else unit, seed)
         self.shear_modulus_mpa = unit.gel.shear_modulus_mpa
         self._thickness_mm = unit.gel.thickness_mm or np.inf
         self._size = size

@@ -101,12 +101,12 @@ def solve_friction(
         for part in (rho * start.traction, start.slip_mm, rho * limit_mpa)
     )
     wanted, trial = (
-        _padded(part.astype(layer.dtype, copy=False), layer.shape) for part in (wanted_mm, q + slip)
+        _pad_part(part.astype(layer.dtype, copy=False), layer.shape) for part in (wanted_mm, q + slip)
     )
     here = np.s_[..., : inside[0], : inside[1]]
     if inside != layer.shape:
         # Outside the window no displacement is prescribed: the actual one gives zero slip there.
-        beyond = layer.shift(_padded(start.traction, layer.shape)) / stiffening
+        beyond = layer.shift(_pad_part(start.traction, layer.shape)) / stiffening
         beyond[here] = wanted[here]
         wanted = beyond.astype(layer.dtype, copy=False)
     target = wanted - trial
@@ -115,14 +115,14 @@ def solve_friction(
     while iterations < max_iterations:
         iterations += 1
         free = respond(target)
-        change, mismatch, largest = _limited(free, wanted, limit, free_slip_mm, trial, q, target)
+        change, mismatch, largest = _limit_friction(free, wanted, limit, free_slip_mm, trial, q, target)
         if max(change, mismatch) <= tolerance * max(largest, 1e-12 * rho):
             break
     slip = trial[here] - q
     return Grip(q / rho, slip, float(tolerance * largest), iterations)
 
 
-def _limited(
+def _limit_friction(
     free: Array,
     wanted: Array,
     limit: Array,
@@ -175,7 +175,7 @@ def _limited(
     return float(change), float(mismatch), float(np.abs(new).max())
 
 
-def _padded(part: Array, shape: tuple[int, int]) -> Array:
+def _pad_part(part: Array, shape: tuple[int, int]) -> Array:
     rows, columns = part.shape[-2:]
     if (rows, columns) == shape:
         return part

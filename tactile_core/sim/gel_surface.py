@@ -19,7 +19,7 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.modes import MODES, Mode
 from tactile_core.sim.motion import checked_seconds, checked_steps, slowing_steps, straight_path
-from tactile_core.sim.normal_contact import balanced
+from tactile_core.sim.normal_contact import balance_load
 from tactile_core.sim.refinement import accurate_spacing
 from tactile_core.sim.resampling import ImageSampler
 
@@ -293,7 +293,7 @@ class GelSurface(DeformedSurface):
         elastomer = self.gel.elastomer
         first_mm = load_n * elastomer.thickness_mm / (elastomer.shear_modulus_mpa * area_mm2)
         with self._undone_on_error():
-            travel_mm = balanced(force_n, load_n, first_mm=first_mm, at_most_mm=at_most_mm)
+            travel_mm = balance_load(force_n, load_n, first_mm=first_mm, at_most_mm=at_most_mm)
             self._advance(pose(travel_mm), duration)
 
     def hold(self, seconds: float) -> None:

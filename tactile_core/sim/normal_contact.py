@@ -134,7 +134,7 @@ class BALANCE:
     max_trials = 12
 
 
-def balanced(
+def balance_load(
     force_n: Callable[[float], float], load_n: float, *, first_mm: float, at_most_mm: float
 ) -> float:
     """Return the motion at which the gel's shear force balances a load.

@@ -63,7 +63,7 @@ class ImageSampler:
     def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
         self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
         y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
-        rows, columns = _needed(grid.y_mm, y), _needed(grid.x_mm, x)
+        rows, columns = _find_needed_nodes(grid.y_mm, y), _find_needed_nodes(grid.x_mm, x)
         self.window = Window(rows, columns)
         self._along = (grid.y_mm[rows], y), (grid.x_mm[columns], x)
         self._known: tuple[Array, Float32] | None = None
@@ -109,7 +109,7 @@ class ImageSampler:
                 break
         left = changes >= (INVERSION.tolerance_nodes if _READS_BETWEEN else 0)
         if left.any():
-            x[left], y[left] = _settled(moved, (column[left], row[left]), (x[left], y[left]))
+            x[left], y[left] = _find_origins(moved, (column[left], row[left]), (x[left], y[left]))
         return np.stack([y, x])
 
     def at_points(self, displacement_mm: Array, points_mm: NDArray[np.float64]) -> Float64:
@@ -259,7 +259,7 @@ def _linear(fields: Float32, x: Float32, y: Float32) -> Float32:
     return np.asarray(above + b * (sw + a * (se - sw) - above))
 
 
-def _settled(
+def _find_origins(
     moved: Float32, now: Sequence[Float32], places: Sequence[Float32]
 ) -> Sequence[Float32]:
     """Half steps from these places (x, y) to the origins of the material that is at others now."""
@@ -312,7 +312,7 @@ def _cubic_by_linear(
     return np.stack(cv2.split(total)[:count])
 
 
-def _needed(nodes: Array, targets: Array) -> slice:
+def _find_needed_nodes(nodes: Array, targets: Array) -> slice:
     """Return the nodes that a spline at the targets depends on."""
     margin = INVERSION.margin_nodes
     first, last = np.searchsorted(nodes, [targets[0], targets[-1]])

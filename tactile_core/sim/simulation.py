@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.folders import fresh_folder, move_in, resolved
+from tactile_core.formats.folders import fresh_folder, move_in, resolve_links
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.calibrator import Progress, Silent
@@ -55,7 +55,7 @@ def simulate(
         Writing failed, for example because the disk is full; no files are left behind.
     """
     progress = progress or Silent()
-    folder = resolved(Path(out))
+    folder = resolve_links(Path(out))
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{out} already exists; give another --out, or empty it")
     progress.stage("simulating", 1.0)

@@ -87,7 +87,7 @@ def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
     if factor <= 1:
         return None
     (rows, y), (columns, x) = (
-        _refined(nodes[part], factor)
+        _refine_nodes(nodes[part], factor)
         for nodes, part in ((grid.y_mm, window.rows), (grid.x_mm, window.columns))
     )
     by_pressure = model.layer.indentation(state.pressure_mpa)
@@ -110,7 +110,7 @@ def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
     return FineContact(np.asarray(share, np.float32), first, factor)
 
 
-def _refined(nodes: Array, factor: int) -> tuple[Float32, Array]:
+def _refine_nodes(nodes: Array, factor: int) -> tuple[Float32, Array]:
     """Matrix that interpolates to positions ``factor`` times denser, and these positions."""
     positions = np.linspace(nodes[0], nodes[-1], (len(nodes) - 1) * factor + 1)
     return spline_matrix(nodes, positions), positions

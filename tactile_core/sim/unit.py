@@ -160,7 +160,7 @@ def _optics(profile: Profile, draw: _Draw) -> Optics:
                 np.hypot(optics.markers.jitter_mm, UNIT.marker_jitter * markers.diameter_mm)
             ),
         }
-    return _replaced(optics, new)
+    return _replace_values(optics, new)
 
 
 def _gel(gel: Gel, draw: _Draw) -> Gel:
@@ -176,10 +176,10 @@ def _gel(gel: Gel, draw: _Draw) -> Gel:
     if isinstance(gel.markers, Markers):
         size_mm = gel.markers.diameter_mm * draw.factor(UNIT.marker_size)
         new["markers"] = {"diameter_mm": min(size_mm, 0.9 * gel.markers.pitch_mm)}
-    return _replaced(gel, new)
+    return _replace_values(gel, new)
 
 
-def _replaced(model: _Model, new: dict[str, Any]) -> _Model:
+def _replace_values(model: _Model, new: dict[str, Any]) -> _Model:
     """Return a validated copy with new values, in nested sections too."""
     values = model.model_dump()
     for name, value in new.items():

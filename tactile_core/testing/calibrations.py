@@ -14,7 +14,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault, difference, kept, writable
+from tactile_core.testing.differences import CannotCheck, Fault, difference, copy_arrays, writable
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import PRESSES, VirtualPress
@@ -196,12 +196,12 @@ class CalibrationChecks(Suite):
         """Measuring changes neither the frame nor the reference."""
         rig, model = self.registered.rig(part), self.registered.fitted(part)
         given = writable({Frame: rig.scenes[0].frame, Reference: rig.reference})
-        before = kept(given)
+        before = copy_arrays(given)
         frame, reference = given[Frame], given[Reference]
         assert isinstance(frame, Frame)
         assert isinstance(reference, Reference)
         self._measured(part, model, frame, reference)
-        changed = difference(before, kept(given))
+        changed = difference(before, copy_arrays(given))
         if changed:
             raise Fault(
                 part,

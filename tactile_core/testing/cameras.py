@@ -12,7 +12,7 @@ from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.quantities import Image
 from tactile_core.quantities.array_form import image_fault
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.devices import opened
+from tactile_core.testing.devices import open_device
 from tactile_core.testing.differences import CannotCheck, Fault
 from tactile_core.testing.imports import within
 from tactile_core.testing.registered import Part, Registered
@@ -64,7 +64,7 @@ class CameraChecks(Suite):
     @check(Registered.cameras)
     def test_latest(self, part: Part) -> None:
         """The latest image of a live camera is as new as requested, on the monotonic clock."""
-        with opened(self.registered.device(part)) as camera:
+        with open_device(self.registered.device(part)) as camera:
             self._next(camera)
             if not camera.live:
                 raise CannotCheck("the camera is not live, so its images may be old")
@@ -88,7 +88,7 @@ class CameraChecks(Suite):
     def test_separate_images(self, part: Part) -> None:
         """An image keeps its pixels when the next image is read."""
         images, before = [], []
-        with opened(self.registered.device(part)) as camera:
+        with open_device(self.registered.device(part)) as camera:
             for _ in range(_READS):
                 images.append(self._next(camera).pixels)
                 before.append(images[-1].copy())
@@ -129,14 +129,14 @@ class CameraChecks(Suite):
                     why="a program that forgets to open the camera would measure invalid images",
                     do="do not override read(); it guards _read()",
                 )
-            opened(camera).close()
+            open_device(camera).close()
 
     @check(Registered.cameras)
     def test_arming(self, part: Part) -> None:
         """An open camera accepts its profile's exposures and returns a Trigger."""
         camera = self.registered.device(part)
         assert isinstance(camera, Camera)
-        with opened(camera):
+        with open_device(camera):
             try:
                 for _ in range(2):
                     given = camera.arm(self.registered.exposures(part))
@@ -162,7 +162,7 @@ class CameraChecks(Suite):
         A camera that :meth:`stall` can stall is tested while it delivers nothing. Any other is
         read faster than it can deliver.
         """
-        with opened(self.registered.device(part)) as camera:
+        with open_device(self.registered.device(part)) as camera:
             stalled = self.stall(camera)
             asked_s = _STALLED_S if stalled else _AT_ONCE_S
             for _ in range(1 if stalled else _READS):
@@ -194,7 +194,7 @@ class CameraChecks(Suite):
             ) from outcome.error
 
     def _read(self, part: Part, count: int, *, report: bool = False) -> list[Image]:
-        with opened(self.registered.device(part)) as camera:
+        with open_device(self.registered.device(part)) as camera:
             try:
                 return [self._next(camera) for _ in range(count)]
             except CannotCheck as skipped:

@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins.entry_points import installed_offers, normalized
+from tactile_core.plugins.entry_points import installed_offers, normalize_name
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.calibrations import CalibrationChecks
 from tactile_core.testing.cameras import CameraChecks
@@ -126,7 +126,7 @@ class RegistrationChecks(Suite):
         """Return the distributions that offer a plugin of this name, with their versions."""
         offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
         core = {"tactile-core": __version__} if self.plugin == "core" else {}
-        return core | {normalized(offer.distribution): offer.version for offer in offers}
+        return core | {normalize_name(offer.distribution): offer.version for offer in offers}
 
     def _check_options(self, part: Part, model: type[BaseModel]) -> None:
         where = f"{part}: {model.__name__}"

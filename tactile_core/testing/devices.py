@@ -51,7 +51,7 @@ class DeviceChecks(Suite):
         device = self.registered.device(part)
         try:
             device.close()
-            opened(device).close()
+            open_device(device).close()
             device.close()
         except CannotCheck:
             raise
@@ -66,7 +66,7 @@ class DeviceChecks(Suite):
     @check(Registered.devices)
     def test_failed_opening(self, part: Part) -> None:
         """A failed opening, early or late, leaves nothing open and keeps its own error."""
-        opened(self.registered.device(part)).close()
+        open_device(self.registered.device(part)).close()
         for late in (False, True):
             device = _refusing(self.registered.device(part), late=late)
             before = Footprint.now()
@@ -111,7 +111,7 @@ class DeviceChecks(Suite):
                 )
 
 
-def opened(device: Device) -> Any:
+def open_device(device: Device) -> Any:
     """Open a device.
 
     Raises
@@ -127,7 +127,7 @@ def opened(device: Device) -> Any:
 
 def use(device: Device) -> None:
     """Open a device, read or set levels once, and close it."""
-    with opened(device) as ready:
+    with open_device(device) as ready:
         try:
             if hasattr(ready, "read"):
                 ready.read(5.0)

@@ -13,7 +13,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault, difference, kept, writable
+from tactile_core.testing.differences import CannotCheck, Fault, difference, copy_arrays, writable
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import VirtualPress
@@ -22,7 +22,7 @@ from tactile_core.views.pictures import picture_of
 KnownQuantities = Mapping[type[Quantity], Quantity]
 
 
-def completed(
+def complete_quantities(
     known: KnownQuantities,
     needs: Collection[type[Quantity]],
     registered: Registered,
@@ -194,7 +194,7 @@ class EstimatorChecks(Suite):
         inputs = [self._known(part, step, scene) for scene in self._scenes(part)]
         for number in reversed(range(len(inputs))):
             again = self._step(part)
-            differs = difference(together[number], _tried(again, inputs[number]))
+            differs = difference(together[number], _try_step(again, inputs[number]))
             if differs:
                 raise Fault(
                     part,
@@ -211,8 +211,8 @@ class EstimatorChecks(Suite):
         scenes = self._scenes(part)
         mixed = []
         for scene, other_scene in zip(scenes, reversed(scenes), strict=True):
-            mixed.append(deepcopy(_tried(one, self._known(part, one, scene))))
-            _tried(other, self._known(part, other, other_scene))
+            mixed.append(deepcopy(_try_step(one, self._known(part, one, scene))))
+            _try_step(other, self._known(part, other, other_scene))
         differs = difference(alone, mixed)
         if differs:
             raise Fault(
@@ -227,10 +227,10 @@ class EstimatorChecks(Suite):
         """A result does not change when the next frame is measured."""
         step = self._step(part)
         first, second = (self._known(part, step, scene) for scene in self._scenes(part)[:2])
-        results = {type(result): result for result in _tried(step, first)}
-        before = kept(results)
-        _tried(step, second)
-        differs = difference(before, kept(results))
+        results = {type(result): result for result in _try_step(step, first)}
+        before = copy_arrays(results)
+        _try_step(step, second)
+        differs = difference(before, copy_arrays(results))
         if differs:
             raise Fault(
                 part,
@@ -244,9 +244,9 @@ class EstimatorChecks(Suite):
         """Estimating does not change its inputs."""
         step = self._step(part)
         given = writable(self._known(part, step, self._scenes(part)[0]))
-        before = kept(given)
-        _tried(step, given)
-        differs = difference(before, kept(given))
+        before = copy_arrays(given)
+        _try_step(step, given)
+        differs = difference(before, copy_arrays(given))
         if differs:
             raise Fault(
                 part,
@@ -303,7 +303,7 @@ class EstimatorChecks(Suite):
     def _given(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         known = {**scene.truth, **self.inputs(scene)}
         context = self.registered.rig(part).context
-        return completed(known, step.needs, self.registered, context, without=step.name)
+        return complete_quantities(known, step.needs, self.registered, context, without=step.name)
 
     def _known(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         given = self._given(part, step, scene)
@@ -316,11 +316,11 @@ class EstimatorChecks(Suite):
         step = step or self._step(part)
         # Copies, so that a reused buffer fails only the check for it.
         return [
-            deepcopy(_tried(step, self._known(part, step, scene))) for scene in self._scenes(part)
+            deepcopy(_try_step(step, self._known(part, step, scene))) for scene in self._scenes(part)
         ]
 
 
-def _tried(step: Step, given: GivenQuantities) -> tuple[Quantity, ...]:
+def _try_step(step: Step, given: GivenQuantities) -> tuple[Quantity, ...]:
     try:
         return step.estimate(given)
     except Exception as error:

@@ -10,7 +10,7 @@ from tactile_core.errors import DeviceError
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.devices import opened
+from tactile_core.testing.devices import open_device
 from tactile_core.testing.differences import CannotCheck, Fault
 from tactile_core.testing.registered import Part, Registered
 
@@ -163,7 +163,7 @@ class LightDriverChecks(Suite):
         levels = [exposure.levels for exposure in self.registered.exposures(part)]
         name = next(iter(levels[0]), "light")
         self._must_refuse(part, driver, {name: 1.0}, DeviceError, "it is closed")
-        with opened(driver):
+        with open_device(driver):
             for one in levels:
                 try:
                     driver.set(one)
@@ -192,7 +192,7 @@ class LightDriverChecks(Suite):
             release()
 
         driver._set, driver._close = switched, released  # type: ignore[method-assign]
-        opened(driver)
+        open_device(driver)
         try:
             driver.set(self.registered.exposures(part)[0].levels)
         except Exception as error:

@@ -83,7 +83,7 @@ class ImportChecks(Suite):
     def _imported(self) -> Imported:
         if self.registered.plugin is None:
             raise CannotCheck("see the check 'registration'")
-        return imported(self.registered.plugin.offer, tuple(sys.path))
+        return import_offer(self.registered.plugin.offer, tuple(sys.path))
 
 
 def _first_environment() -> dict[str, str]:
@@ -96,7 +96,7 @@ def _first_environment() -> dict[str, str]:
 
 
 @cache
-def imported(offer: Offer, path: tuple[str, ...]) -> Imported:
+def import_offer(offer: Offer, path: tuple[str, ...]) -> Imported:
     """Import the module of an offer in a fresh interpreter.
 
     Raises

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
-from tactile_core.views.shading import Rgb, colours, diverging_colours, sequential_colours, shaded
-from tactile_core.views.sheet import SHEET, framed
+from tactile_core.views.shading import Rgb, colours, diverging_colours, sequential_colours, shade_heights
+from tactile_core.views.sheet import SHEET, frame_picture
 
 _ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image
 
@@ -42,7 +42,7 @@ class Overlay:
         ]
         if self.vectors is not None and not any(at.from_px is not None for at in self.points):
             words.append(overlay.vectors(picture, self.vectors, mm_per_px=mm_per_px, scale=scale))
-        return joined(words)
+        return join_texts(words)
 
     def facts(self, mm_per_px: float) -> list[str]:
         """Return title and area of each region as text."""
@@ -78,19 +78,19 @@ def relief(
         R, G, B.
     """
     over = over or Overlay()
-    surface, scale = _enlarged(height.mm)
+    surface, scale = _enlarge_values(height.mm)
     low, high = span_mm or (min(0.0, float(height.mm.min())), float(height.mm.max()))
     high = max(high, low + height.mm_per_px)
-    picture = shaded(surface, height.mm_per_px / scale, low, high)
+    picture = shade_heights(surface, height.mm_per_px / scale, low, high)
     arrows = over.draw(picture, mm_per_px=height.mm_per_px, scale=scale)
     highest = f"max {float(height.mm.max()):.3f} mm"
-    return framed(
+    return frame_picture(
         picture,
         mm_per_px=height.mm_per_px / scale,
         bar=colours(picture.shape[0]),
         span=(low, high),
         title=title,
-        facts=joined([highest, *over.facts(height.mm_per_px), arrows]),
+        facts=join_texts([highest, *over.facts(height.mm_per_px), arrows]),
     )
 
 
@@ -115,7 +115,7 @@ def magnitude(field: VectorMap, over: Overlay, mm_per_px: float, *, title: str =
         R, G, B, as large as the :func:`relief` of the same image.
     """
     size = np.hypot(field.values[..., 0], field.values[..., 1])
-    surface, scale = _enlarged(size)
+    surface, scale = _enlarge_values(size)
     least = mm_per_px if field.unit == "mm" else np.finfo(np.float32).tiny
     high = max(float(size.max()), float(least))
     picture = sequential_colours(surface / np.float32(high))
@@ -124,18 +124,18 @@ def magnitude(field: VectorMap, over: Overlay, mm_per_px: float, *, title: str =
         picture = np.where(valid, picture, picture // 2 + 127).astype(np.uint8)
     both = Overlay(over.outlines, over.points, field)
     arrows = both.draw(picture, mm_per_px=mm_per_px, scale=scale)
-    return framed(
+    return frame_picture(
         picture,
         mm_per_px=mm_per_px / scale,
         bar=colours(picture.shape[0]),
         span=(0.0, high),
         unit=field.unit,
         title=title,
-        facts=joined([f"max {size.max():.3f} {field.unit}".rstrip(), arrows]),
+        facts=join_texts([f"max {size.max():.3f} {field.unit}".rstrip(), arrows]),
     )
 
 
-def coloured(field: ScalarMap, over: Overlay, mm_per_px: float, *, title: str = "") -> Rgb:
+def colour_field(field: ScalarMap, over: Overlay, mm_per_px: float, *, title: str = "") -> Rgb:
     """Draw a scalar field in colour; the colour bar spans its values.
 
     Parameters
@@ -155,17 +155,17 @@ def coloured(field: ScalarMap, over: Overlay, mm_per_px: float, *, title: str = 
     low, high = float(values.min()), float(values.max())
     if not high > low:
         high = low + (abs(low) or 1.0)
-    surface, scale = _enlarged(values)
+    surface, scale = _enlarge_values(values)
     picture = sequential_colours((surface - np.float32(low)) / np.float32(high - low))
     arrows = over.draw(picture, mm_per_px=mm_per_px, scale=scale)
-    return framed(
+    return frame_picture(
         picture,
         mm_per_px=mm_per_px / scale,
         bar=colours(picture.shape[0]),
         span=(low, high),
         unit=field.unit,
         title=title,
-        facts=joined([f"{low:.4g} to {high:.4g} {field.unit}".rstrip(), arrows]),
+        facts=join_texts([f"{low:.4g} to {high:.4g} {field.unit}".rstrip(), arrows]),
     )
 
 
@@ -188,10 +188,10 @@ def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str =
     """
     error_mm = measured.mm - truth.mm
     most = max(most_mm, 1e-6)
-    surface, scale = _enlarged(error_mm)
+    surface, scale = _enlarge_values(error_mm)
     rms = float(np.sqrt(np.mean(np.square(error_mm))))
     picture = diverging_colours(surface / np.float32(most))
-    return framed(
+    return frame_picture(
         picture,
         mm_per_px=measured.mm_per_px / scale,
         bar=diverging_colours(np.linspace(-1, 1, picture.shape[0], dtype=np.float32)),
@@ -201,7 +201,7 @@ def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str =
     )
 
 
-def _enlarged(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
+def _enlarge_values(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
     h, w = values.shape
     scale = max(1.0, SHEET.min_side_px / max(h, w))
     if scale == 1.0:
@@ -212,6 +212,6 @@ def _enlarged(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
     return np.asarray(cv2.GaussianBlur(large, (0, 0), _ENLARGED_BLUR_PX * scale)), scale
 
 
-def joined(words: Sequence[str]) -> str:
+def join_texts(words: Sequence[str]) -> str:
     """Return the texts that are not empty, separated by commas."""
     return ", ".join(part for part in words if part)

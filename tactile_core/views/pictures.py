@@ -16,7 +16,7 @@ from tactile_core.quantities.fields import (
     Surface,
     VectorMap,
 )
-from tactile_core.views.maps import Overlay, coloured, joined, magnitude, relief
+from tactile_core.views.maps import Overlay, colour_field, join_texts, magnitude, relief
 from tactile_core.views.shading import Rgb, blank, text_size, write
 from tactile_core.views.sheet import SHEET
 
@@ -54,7 +54,7 @@ def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb
         elif isinstance(layer, VectorMap):
             sheets.append((layer.title, magnitude(layer, over, frame.mm_per_px, title=line)))
         elif isinstance(layer, ScalarMap):
-            sheets.append((layer.title, coloured(layer, over, frame.mm_per_px, title=line)))
+            sheets.append((layer.title, colour_field(layer, over, frame.mm_per_px, title=line)))
     if len(sheets) > 1:
         return side_by_side([sheet for _, sheet in sheets], [name for name, _ in sheets])
     if not sheets and over.points:
@@ -94,7 +94,7 @@ def points_on_frame(frame: Frame, points: Sequence[Points], *, title: str = "") 
         f"{at.title} seen"
         for at in points
     ]
-    return side_by_side([picture], [joined([title, *counts, arrows])])
+    return side_by_side([picture], [join_texts([title, *counts, arrows])])
 
 
 def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:

@@ -39,7 +39,7 @@ def unit_of(picture: Rgb) -> float:
     return int(max(picture.shape[:2])) / SHEET.min_side_px
 
 
-def framed(
+def frame_picture(
     picture: Rgb,
     *,
     mm_per_px: float,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.drift import channel_gains, divided
+from tactile_core.algorithms.drift import channel_gains, divide_by_gains
 
 ROWS, COLUMNS = 120, 160
 UNDEFORMED = np.random.default_rng(0).uniform(80, 140, (ROWS, COLUMNS, 6)).astype(np.float32)
@@ -54,7 +54,7 @@ def test_a_frame_is_brought_back_to_the_light_of_the_reference(
     seen = np.rint(undeformed * gains).astype(dtype)
     if planar:
         seen = np.ascontiguousarray(seen.transpose(2, 0, 1)).transpose(1, 2, 0)
-    compensated = divided(seen, gains, full_scale)
+    compensated = divide_by_gains(seen, gains, full_scale)
     assert compensated.dtype == seen.dtype
     np.testing.assert_allclose(compensated, undeformed, atol=1.1)
 
@@ -62,4 +62,4 @@ def test_a_frame_is_brought_back_to_the_light_of_the_reference(
 @pytest.mark.parametrize("dtype", ["u1", "f4"])
 def test_saturated_intensities_stay_saturated_whatever_the_gain(dtype: str) -> None:
     seen = np.full((4, 5, 3), 255, dtype)
-    assert (divided(seen, np.array([0.92, 1.0, 1.08]), 255) == 255).all()
+    assert (divide_by_gains(seen, np.array([0.92, 1.0, 1.08]), 255) == 255).all()

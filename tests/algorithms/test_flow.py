@@ -43,7 +43,7 @@ def test_noise_alone_has_no_weight() -> None:
 def test_motion_without_texture_is_extrapolated_and_fades_with_distance() -> None:
     weight = INSIDE.astype(np.float32)
     moved = np.where(INSIDE[..., None], np.float32([3, 1]), np.float32(50))
-    found = flow.settled(moved, weight, reach_px=10.0)
+    found = flow.fill_untextured(moved, weight, reach_px=10.0)
     np.testing.assert_allclose(found[INSIDE], np.broadcast_to([3, 1], found[INSIDE].shape))
     near = np.hypot(X - 160, Y - 120) < 42
     assert (found[near & ~INSIDE, 0] > 1.5).all()
@@ -54,7 +54,7 @@ def test_motion_without_texture_is_extrapolated_and_fades_with_distance() -> Non
 def test_composed_motion_refers_to_the_present_position(x: float, y: float) -> None:
     second = np.broadcast_to(np.float32([x, y]), NOTHING.shape)
     first = 0.01 * np.stack([X, Y], -1).astype(np.float32)
-    found = flow.composed(first, second)
+    found = flow.compose_motions(first, second)
     inner = np.s_[12:-12, 12:-12]
     wanted = np.stack([X, Y], -1) - np.array([x, y])
     np.testing.assert_allclose(found[inner], (second + 0.01 * wanted)[inner], atol=1e-3)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, paired
+from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, pair_nearest
 
 PITCH_PX = 20.0
 PLACES = PITCH_PX * np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).reshape(-1, 2)
@@ -19,7 +19,7 @@ def test_matches_are_mutual_nearest_neighbours(seed: int, found: int, within: fl
     rng = np.random.default_rng(seed)
     markers, detections = rng.uniform(0, 100, (20, 2)), rng.uniform(0, 100, (found, 2))
     within_px = np.where(rng.random(20) < 0.8, within, -1.0)
-    owner = paired(markers, detections, within_px)
+    owner = pair_nearest(markers, detections, within_px)
     expected = np.full(20, UNMATCHED)
     seeking = np.flatnonzero(within_px >= 0)
     if found and len(seeking):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.network import normalised, shrunk_planes, tensor
+from tactile_core.algorithms.network import normalise_planes, shrunk_planes, tensor
 
 
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(0, 2**32 - 1))
@@ -26,7 +26,7 @@ def test_heights_become_one_plane_and_displacements_two() -> None:
 
 def test_each_plane_has_its_own_normalisation() -> None:
     planes = np.full((2, 3, 2), 6, np.float32)
-    found = normalised(planes, np.array([2, 3], np.float32), [1.0, 1.0], [2.0, 0.5])
+    found = normalise_planes(planes, np.array([2, 3], np.float32), [1.0, 1.0], [2.0, 0.5])
     assert found[0, 0] == pytest.approx([1.0, 2.0])
 
 

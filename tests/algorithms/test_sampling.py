@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.shrinking import interpolated
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.photometric import Smoothing
 from tactile_core.algorithms.sampling import Sampling
 
@@ -13,7 +13,7 @@ from tactile_core.algorithms.sampling import Sampling
 def there_and_back(image, blur_px):
     sampling = Sampling.of(image.shape, None, blur_px)
     (plane,) = sampling.planes(image[..., None], None)
-    return interpolated(plane, sampling.step, image.shape)
+    return interpolate_cells(plane, sampling.step, image.shape)
 
 
 @given(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.builtin.usb_bus import RULES, held, holders, permission_advice
+from tactile_core.builtin.usb_bus import RULES, name_holders, holders, permission_advice
 
 
 def test_the_udev_rules_that_the_advice_names_are_in_the_package(
@@ -28,4 +28,4 @@ def test_the_programs_that_hold_a_device_are_named(tmp_path: Path) -> None:
     (own / "fd" / "3").symlink_to("/dev/video0")
     (tmp_path / "19").mkdir()  # its descriptors may not be seen
     assert holders("/dev/video0", tmp_path) == ["cheese (process 17)"]
-    assert held("/dev/no/such/device") == ""
+    assert name_holders("/dev/no/such/device") == ""

@@ -11,7 +11,7 @@ import pytest
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import UNKNOWN, LinearForce
 from tactile_core.builtin.linear_force_model import FEATURES, LinearForceModel, fitted_linear_model
-from tactile_core.calibration.force.result import held_out_forces, scored
+from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.device import Options
@@ -92,7 +92,7 @@ def test_a_linear_world_is_recovered(step: LinearForce) -> None:
     moment = 30 * float((X_MM**2 + Y_MM**2).mean()) * 0.01
     assert wrench.values == pytest.approx([3.4, -1.7, 0, moment], abs=0.02)
     assert wrench.timestamp_s == 2.5
-    for score in scored(samples, *held_out_forces(samples, step.fit)).values():
+    for score in score_forces(samples, *held_out_forces(samples, step.fit)).values():
         assert score.r2 > 0.9999
 
 
@@ -120,7 +120,7 @@ def test_a_finer_field_has_the_same_features(step: LinearForce) -> None:
 
 def test_the_standard_deviation_covers_held_out_errors(step: LinearForce) -> None:
     samples = sequences(step, count=12, noise=0.2)
-    for score in scored(samples, *held_out_forces(samples, step.fit)).values():
+    for score in score_forces(samples, *held_out_forces(samples, step.fit)).values():
         assert score.within_std == pytest.approx(0.68, abs=0.1)
         assert score.rmse == pytest.approx(0.2, rel=0.25)
 
@@ -173,7 +173,7 @@ def test_depth_and_contact_give_normal_force(step: LinearForce) -> None:
             features.append(step.features(None, None, contact, height, None))
             forces.append([np.nan, np.nan, 0.7 * float(height.mm.sum()) * PX_MM**2, np.nan])
         samples.append(ForceSamples(str(number), np.array(features), np.array(forces)))
-    score = scored(samples, *held_out_forces(samples, step.fit), FEATURES)["fz_n"]
+    score = score_forces(samples, *held_out_forces(samples, step.fit), FEATURES)["fz_n"]
     assert score.r2 > 0.999
     assert score.proportional is not None
     assert score.proportional.feature == "volume"

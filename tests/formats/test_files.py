@@ -10,7 +10,7 @@ import pytest
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import (
-    expanded,
+    expand_home,
     plain_text,
     read_bytes,
     read_text,
@@ -102,6 +102,6 @@ def test_text_in_another_encoding_is_rejected(tmp_path: Path) -> None:
 
 
 def test_the_home_folder_of_an_unknown_user_is_rejected() -> None:
-    assert expanded("~") == Path.home()
+    assert expand_home("~") == Path.home()
     with pytest.raises(InputError, match="home folder"):
-        expanded("~no_such_user/x.yaml")
+        expand_home("~no_such_user/x.yaml")

@@ -17,7 +17,7 @@ from tactile_core.formats.folders import (
     move_in,
     rename_new,
     replace_folder,
-    resolved,
+    resolve_links,
 )
 
 
@@ -195,11 +195,11 @@ def test_an_interruption_leaves_one_complete_folder_and_no_temporary_one(
 
 def test_a_link_is_resolved_even_if_its_target_does_not_exist(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("there")
-    assert resolved(tmp_path / "link") == tmp_path / "there"
+    assert resolve_links(tmp_path / "link") == tmp_path / "there"
 
 
 @pytest.mark.parametrize("name", ["loop", "loop/below"])
 def test_a_loop_of_links_is_rejected(tmp_path: Path, name: str) -> None:
     (tmp_path / "loop").symlink_to("loop")
     with pytest.raises(InputError, match="loop of links"):
-        resolved(tmp_path / name)
+        resolve_links(tmp_path / name)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.formats.files import remove_leftovers, replaced, temporary_path
+from tactile_core.formats.files import remove_leftovers, find_replaced, temporary_path
 
 LEAVES = """
 import sys
@@ -33,8 +33,8 @@ def test_only_new_leftovers_are_removed(left: Path) -> None:
     assert len(list(left.iterdir())) == 4
     remove_leftovers(left)
     (old,) = left.iterdir()
-    assert replaced(left / "b") == [old]
-    assert replaced(left / "c") == []
+    assert find_replaced(left / "b") == [old]
+    assert find_replaced(left / "c") == []
 
 
 def test_names_of_running_or_remote_processes_are_kept(left: Path) -> None:

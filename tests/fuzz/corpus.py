@@ -13,7 +13,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
 from tactile_core.pipeline.conversion import convert
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.recording_session import recorded
+from tactile_core.pipeline.recording_session import keep_recording
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.analytic_ball import BallPress, render
@@ -138,7 +138,7 @@ def _tapes(profile: Profile, folder: Path) -> None:
             open_sensor(profile, reference=folder / "ref.png", **given) as sensor,
             sensor.record(folder / name) as recording,
         ):
-            for _ in recorded(sensor, recording):
+            for _ in keep_recording(sensor, recording):
                 pass
     convert(folder / "tape.mcap", folder / "tape.h5")
     data = (folder / "tape.mcap").read_bytes()

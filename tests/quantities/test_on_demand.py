@@ -10,7 +10,7 @@ import pytest
 
 from tactile_core.quantities import Float32, Gradients, HeightMap, Quantity
 from tactile_core.quantities.array_form import form_fault
-from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid, replaced
+from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid, replace_values
 
 SHAPE = (7, 9)
 
@@ -73,7 +73,7 @@ def test_a_field_that_was_given_as_an_image_is_its_own_grid() -> None:
 
 def test_copies_with_other_values_keep_what_is_on_demand() -> None:
     calls: list[int] = []
-    later = replaced(height(calls), timestamp_s=2.0)
+    later = replace_values(height(calls), timestamp_s=2.0)
     assert later.timestamp_s == 2.0
     assert not calls
     np.testing.assert_array_equal(later.mm, height().mm)
@@ -85,7 +85,7 @@ def test_it_pickles_with_its_arrays_and_its_grid() -> None:
     np.testing.assert_array_equal(again.mm, height().mm)
     assert again.valid.all()
     assert grid_of(again, "mm").step_px == 2
-    np.testing.assert_array_equal(replaced(again, timestamp_s=1.0).mm, height().mm)
+    np.testing.assert_array_equal(replace_values(again, timestamp_s=1.0).mm, height().mm)
     with pytest.raises(AttributeError, match="no attribute"):
         _ = again.metres
 

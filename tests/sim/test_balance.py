@@ -9,7 +9,7 @@ from tactile_core import load_profile
 from tactile_core.errors import InputError
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.normal_contact import BALANCE, balanced
+from tactile_core.sim.normal_contact import BALANCE, balance_load
 
 GRIP_N, FRICTION = 4.0, 0.5
 
@@ -29,13 +29,13 @@ def test_a_spring_balances_the_load(load_n: float) -> None:
         return 2.0 * travel_mm + (4.0 if load_n < 0 else 0.0)
 
     wanted = abs(load_n)
-    travel = balanced(force_n, wanted, first_mm=0.01, at_most_mm=10.0)
+    travel = balance_load(force_n, wanted, first_mm=0.01, at_most_mm=10.0)
     assert force_n(travel) == pytest.approx(wanted, rel=BALANCE.tolerance)
 
 
 def test_a_load_that_nothing_holds_goes_as_far_as_it_can() -> None:
-    assert balanced(lambda travel: min(travel, 0.5), 1.0, first_mm=0.1, at_most_mm=3.0) == 3.0
-    assert balanced(lambda travel: min(travel, 0.5), 1.0, first_mm=0.1, at_most_mm=0.0) == 0.0
+    assert balance_load(lambda travel: min(travel, 0.5), 1.0, first_mm=0.1, at_most_mm=3.0) == 3.0
+    assert balance_load(lambda travel: min(travel, 0.5), 1.0, first_mm=0.1, at_most_mm=0.0) == 0.0
 
 
 def test_friction_carries_a_load_below_its_limit() -> None:

@@ -14,7 +14,7 @@ from tactile_core.sim.force_data import (
     ForceUnit,
     cell_centres_mm,
     cell_loads,
-    halved,
+    halve_profile,
 )
 
 SMALL = {"image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.1104}}
@@ -52,7 +52,7 @@ def test_half_the_size_shows_the_same_light_and_noise() -> None:
     change = full.reference - half.reference
     assert np.abs(change.mean((0, 1))).max() < 1
     assert change.std() < 2.5
-    assert halved(design).image.width_px == 320
+    assert halve_profile(design).image.width_px == 320
 
 
 def test_unseen_objects_are_not_trained_on() -> None:

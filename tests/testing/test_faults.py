@@ -16,7 +16,7 @@ from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.checks import checks_of, subjects_of
 from tactile_core.testing.differences import CannotCheck, Fault
-from tactile_core.testing.estimators import completed
+from tactile_core.testing.estimators import complete_quantities
 from tactile_core.testing.virtual_presses import VirtualPress, generic_rig
 
 FAKES = Path(__file__).parents[1] / "fakes" / "faulty"
@@ -235,9 +235,9 @@ def test_the_inputs_of_an_estimator_are_computed_by_others_of_the_plugin() -> No
 
     registered, rig = suite_of("not_json").registered, generic_rig()
     truth = rig.scenes[0].truth
-    made = completed(truth, [Temperature], registered, rig.context, without="not_json.y")
+    made = complete_quantities(truth, [Temperature], registered, rig.context, without="not_json.y")
     assert made.keys() >= truth.keys() | {Temperature}
-    without = completed(truth, [Temperature], registered, rig.context, without="not_json.x")
+    without = complete_quantities(truth, [Temperature], registered, rig.context, without="not_json.x")
     assert Temperature not in without
 
 

@@ -16,7 +16,7 @@ from tactile_core.views.shading import (
     colours,
     diverging_colours,
     round_length,
-    shaded,
+    shade_heights,
     text_size,
     tick_label,
     ticks,
@@ -61,7 +61,7 @@ def test_weak_noise_does_not_span_the_colour_bar() -> None:
 
 def test_the_light_comes_from_the_upper_left() -> None:
     height = bump(100, 100)
-    picture = shaded(height.mm, 0.1, 0.0, 1.0).astype(int).sum(2)
+    picture = shade_heights(height.mm, 0.1, 0.0, 1.0).astype(int).sum(2)
     assert picture[40, 40] > picture[60, 60] + 60  # a bump, not a dent
 
 

@@ -8,7 +8,7 @@ import pytest
 from tactile_core.quantities import Frame
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
-from tactile_core.views.maps import Overlay, coloured, magnitude, relief
+from tactile_core.views.maps import Overlay, colour_field, magnitude, relief
 from tactile_core.views.pictures import picture_of, points_on_frame
 from tactile_core.views.shading import Rgb, colours, sequential_colours
 
@@ -76,7 +76,7 @@ def test_all_maps_of_an_image_have_the_size_of_its_relief() -> None:
     plain = relief(height, title="press")
     assert relief(height, over).shape == plain.shape
     assert magnitude(field(), over, SCALE_MM).shape == plain.shape
-    assert coloured(ScalarMap(X, "px"), over, SCALE_MM).shape == plain.shape
+    assert colour_field(ScalarMap(X, "px"), over, SCALE_MM).shape == plain.shape
 
 
 def test_zero_displacement_has_a_uniform_colour() -> None:
@@ -106,7 +106,7 @@ def test_arrows_of_other_units_than_mm_have_no_magnification() -> None:
 
 @pytest.mark.parametrize("values", [0 * X, X < 300, X.astype(np.int32), -1e-6 * X, 1e9 + X])
 def test_a_map_of_any_numbers_is_drawn(values: np.ndarray) -> None:
-    picture = coloured(ScalarMap(values, "K", "temperature"), Overlay(), SCALE_MM)
+    picture = colour_field(ScalarMap(values, "K", "temperature"), Overlay(), SCALE_MM)
     assert picture.dtype == np.uint8
 
 

@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_baxter_fingertip.hue_decoder import HueDecoder, normalised
+from tactile_baxter_fingertip.hue_decoder import HueDecoder, normalise_colours
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
@@ -84,7 +84,7 @@ class HueCorrection:
             entries = np.column_stack([chroma, np.full(len(chroma), level)])
             both = self.polynomial(colour_of(decoder, entries))
             values.append(both[:, 0] + 1j * both[:, 1])
-        powers = np.vander(signed(levels), increasing=True)
+        powers = np.vander(to_signed(levels), increasing=True)
         tables = np.linalg.solve(powers, np.array(values))
         return np.asarray(tables.reshape(-1, ENTRIES, ENTRIES), np.complex64)
 
@@ -108,14 +108,14 @@ class HueCorrection:
         return cls(PolynomialFit.from_arrays(arrays), by_place, float(arrays["steep_share"]))
 
 
-def corrected(
+def correct_normals(
     decoder: HueDecoder, correction: HueCorrection, features: Float32, strength: float = 1.0
 ) -> Float32:
     """Return normal_xy (N, 2) of (N, 5) relative changes and positions.
 
     ``strength`` is the share of the tilt by a press.
     """
-    colour = normalised(features, decoder.evening)
+    colour = normalise_colours(features, decoder.evening)
     mean = (decoder(features) + _smooth(decoder, correction.polynomial, colour)) / 2
     tilt_first = np.column_stack([np.full(len(colour), strength, np.float32), colour])
     by_place = np.einsum("nk,nkj->nj", tilt_first, correction.at(features[:, 3:]))
@@ -140,7 +140,7 @@ def fit_correction(
         Whether to fit the part that depends on the position. It needs presses all over the view;
         from a dozen single ones it would be extrapolated, and tilt the level gel around them.
     """
-    colour = normalised(features, decoder.evening)
+    colour = normalise_colours(features, decoder.evening)
     polynomial = fit_polynomial(
         colour,
         normal_xy,
@@ -174,6 +174,6 @@ def _smooth(decoder: HueDecoder, polynomial: PolynomialFit, colour: Float32) -> 
     return polynomial(colour_of(decoder, np.column_stack([chroma, intensity])))
 
 
-def signed(entries: NDArray[Any]) -> NDArray[Any]:
+def to_signed(entries: NDArray[Any]) -> NDArray[Any]:
     """Map entries 0 to 255 to −1 to 1."""
     return entries / ((ENTRIES - 1) / 2) - 1

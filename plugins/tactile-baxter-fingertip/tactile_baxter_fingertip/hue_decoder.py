@@ -105,7 +105,7 @@ class HueDecoder:
 
     def __call__(self, features: Float32) -> Float32:
         """Return normal_xy (N, 2) of (N, 5) relative changes and positions."""
-        chroma, intensity = self.entries(normalised(features, self.evening))
+        chroma, intensity = self.entries(normalise_colours(features, self.evening))
         yaw = self.yaw[chroma[:, 0], chroma[:, 1]]
         weighted = self.by_chroma[chroma[:, 0], chroma[:, 1]] + self.by_intensity[yaw, intensity]
         angle = angle_of(yaw)
@@ -118,7 +118,7 @@ class HueDecoder:
 
         Precision of the sine of the pitch (imaginary part), and sine times precision (real part).
         """
-        axis = _centred(np.arange(ENTRIES))
+        axis = _centre_entries(np.arange(ENTRIES))
         saturation = np.hypot(axis[:, None], axis)
         ratio = self.by_saturation[self.yaw, _saturation_entry(saturation)]
         precision = 1 / (ratio.imag * saturation**2 + DECODER.unchanged_variance)
@@ -161,7 +161,7 @@ def angle_of(yaw: Bytes) -> Float32:
     return (np.asarray(yaw, np.float32) - 128) * np.float32(2 * np.pi / ENTRIES)
 
 
-def normalised(features: Float32, evening: Float32) -> Float32:
+def normalise_colours(features: Float32, evening: Float32) -> Float32:
     """Return (N, 3) chroma axes and intensity of (N, 5) changes and positions.
 
     The result is independent of the position's illumination.
@@ -186,10 +186,10 @@ def fit_decoder(
     """
     evening = _fit_normalisation(features, normal_xy)
     # Rotate the axes so that, to first order, hue is yaw and saturation the sine of the pitch.
-    axes = normalised(features, evening)[:, :2].astype(np.float64)
+    axes = normalise_colours(features, evening)[:, :2].astype(np.float64)
     onto = np.linalg.lstsq(axes, normal_xy.astype(np.float64), rcond=None)[0]
     evening[:, :2] = np.einsum("ak,taj->tkj", onto, evening[:, :2])
-    colour = normalised(features, evening)
+    colour = normalise_colours(features, evening)
     percent, least = DECODER.range_percent, DECODER.least_range
     reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), percent))
     low, high = np.percentile(colour[:, 2], [100 - percent, percent])
@@ -199,12 +199,12 @@ def fit_decoder(
     blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), negligible, negligible)
     chroma, intensity = blank.entries(colour)
     # The angle from hue to yaw varies slowly towards level gel, where hue and yaw are noisy.
-    offsets = _centred(chroma)
+    offsets = _centre_entries(chroma)
     seen = offsets[:, 0] + 1j * offsets[:, 1]
     turned = (normal_xy[:, 0] + 1j * normal_xy[:, 1]) * np.conj(seen)
     parts = np.stack([turned.real, turned.imag], 1)
     turn = smooth_table(chroma[:, 0], chroma[:, 1], parts, np.ones(len(parts)))
-    axis = _centred(np.arange(ENTRIES))
+    axis = _centre_entries(np.arange(ENTRIES))
     hue = np.arctan2(axis, axis[:, None])
     turns = (hue + np.arctan2(turn[..., 1], turn[..., 0])) * (ENTRIES / (2 * np.pi)) + 128
     yaw_table = np.rint(turns).astype(np.int64).astype(np.uint8)
@@ -254,7 +254,7 @@ def _moments(yaw: Bytes, entry: Bytes, values: Float, weights: Float) -> tuple[F
     return mean, np.maximum(table[..., 1] - mean**2, 0)
 
 
-def _centred(entries: NDArray[Any]) -> Float:
+def _centre_entries(entries: NDArray[Any]) -> Float:
     return entries.astype(np.float64) - 128
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_baxter_fingertip.hue_correction import CORRECTION, HueCorrection, signed
+from tactile_baxter_fingertip.hue_correction import CORRECTION, HueCorrection, to_signed
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
@@ -25,7 +25,7 @@ Complex64 = NDArray[np.complex64]
 
 SURVEYED_ROWS = 60  # Rows of the sparse grid of pixels from which the share of slopes is estimated
 
-_SIGNED = signed(np.arange(ENTRIES)).astype(np.float32)  # Entries of the intensity, from −1 to 1
+_SIGNED = to_signed(np.arange(ENTRIES)).astype(np.float32)  # Entries of the intensity, from −1 to 1
 
 
 class ReferenceLight:

@@ -26,7 +26,7 @@ from tactile_core.interfaces.slope_models.samples import (
     in_words,
     scale_of,
     shape_of,
-    thinned,
+    draw_samples,
     too_few,
 )
 from tactile_core.interfaces.slope_models.slope_model import ForReference
@@ -172,11 +172,11 @@ class HueIntensityCalibrator(Calibrator):
                     f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
                     f"the size of the input"
                 )
-        features, normal_xy = thinned(presses, light.features, most=SAMPLES.most)
+        features, normal_xy = draw_samples(presses, light.features, most=SAMPLES.most)
         if np.count_nonzero(normal_xy.any(axis=1)) < SAMPLES.fewest:
             raise too_few(presses)
         decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
-        correction = fit_correction(decoder, features, normal_xy, by_place=_crowded(presses))
+        correction = fit_correction(decoder, features, normal_xy, by_place=_is_crowded(presses))
         field = HueIntensity(decoder, correction, shape, blur_px, light_blur_px).field(reference)
         correction = replace(correction, steep_share=_steep_share(field, presses))
         return HueIntensity(decoder, correction, shape, blur_px, light_blur_px)
@@ -196,7 +196,7 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
     )
 
 
-def _crowded(presses: Sequence[Press]) -> bool:
+def _is_crowded(presses: Sequence[Press]) -> bool:
     """Whether the presses leave no level gel between them, as a grid of balls does."""
     sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
     return bool(min(sloped) > SAMPLES.sloped_share)

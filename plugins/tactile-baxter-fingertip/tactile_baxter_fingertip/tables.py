@@ -64,7 +64,7 @@ def smooth_table(
     means = np.zeros((cells, cells, values.shape[1]))
     mean_weight = float(weights.mean())
     for spread in TABLES.spreads_cells:
-        total, *blurred = (_blurred(plane, spread, periodic) for plane in planes)
+        total, *blurred = (_blur_plane(plane, spread, periodic) for plane in planes)
         mean = np.stack(blurred, -1) / np.maximum(total, 1e-12)[..., None]
         means[~filled] = mean[~filled]
         filled |= total * 2 * np.pi * spread**2 > TABLES.enough_samples * mean_weight
@@ -78,7 +78,7 @@ def smooth_table(
     )
 
 
-def _blurred(plane: Float, spread: float, periodic: bool) -> Float:
+def _blur_plane(plane: Float, spread: float, periodic: bool) -> Float:
     """Return Gaussian averages; zeros beyond the border, or the first axis wrapped around."""
     border = TABLES.border_cells
     rows = cv2.BORDER_WRAP if periodic else cv2.BORDER_CONSTANT

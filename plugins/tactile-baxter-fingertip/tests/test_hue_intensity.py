@@ -9,7 +9,7 @@ import pytest
 from support.four_lights import Ball, frame_of, presses, undeformed
 from support.gains import MOST, gains
 
-from tactile_baxter_fingertip.hue_correction import HueCorrection, corrected, fit_correction
+from tactile_baxter_fingertip.hue_correction import HueCorrection, correct_normals, fit_correction
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_baxter_fingertip.hue_intensity import (
@@ -101,7 +101,7 @@ def test_images_and_single_pixels_are_measured_equally(model: HueIntensity) -> N
     decoder, correction = model.decoder, tilted(model.correction)
     rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
     features = light.features(frame.pixels, None, rows, columns)
-    one_by_one = to_gradient(corrected(decoder, correction, features))
+    one_by_one = to_gradient(correct_normals(decoder, correction, features))
     field = HueField(decoder, correction, light)
     gx, gy = field.measure(frame.pixels, None)
     distance = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
@@ -188,9 +188,9 @@ def test_a_tilt_that_presses_have_in_common_is_none_of_the_undeformed_gel() -> N
     errors = []
     for by_place in (False, True):
         found = fit_correction(decoder, features, normal_xy, by_place=by_place)
-        pressed = corrected(decoder, found, features[~level])
+        pressed = correct_normals(decoder, found, features[~level])
         errors.append(np.abs(pressed - normal_xy[~level]).mean())
-        undeformed = corrected(decoder, found, np.zeros((1, 5), np.float32), strength=0.0)
+        undeformed = correct_normals(decoder, found, np.zeros((1, 5), np.float32), strength=0.0)
         assert np.abs(undeformed).max() < 0.02
     assert errors[1] < 0.5 * errors[0]
 

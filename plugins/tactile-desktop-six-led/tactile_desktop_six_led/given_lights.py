@@ -83,7 +83,7 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
     """
     block = NORMALS.block_px
     blocks = [
-        _solved(intensity[start : start + block].astype(np.float64), directions)
+        _solve_normals(intensity[start : start + block].astype(np.float64), directions)
         for start in range(0, len(intensity), block)
     ]
     normals = np.concatenate(blocks)
@@ -91,20 +91,20 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
     return normals.astype(np.float32)
 
 
-def _solved(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
+def _solve_normals(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
     weights = np.ones_like(intensity)
     if intensity.shape[1] >= NORMALS.lights_to_drop_extremes:
         order = np.argsort(intensity, axis=1)
         np.put_along_axis(weights, order[:, [0, -1]], NORMALS.dropped_weight, axis=1)
     scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
-    normals = _weighted(intensity, directions, weights)
+    normals = _solve_weighted(intensity, directions, weights)
     for _ in range(NORMALS.rounds):
         residual = (intensity - normals @ directions.T) / scale
-        normals = _weighted(intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2))
+        normals = _solve_weighted(intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2))
     return normals
 
 
-def _weighted(
+def _solve_weighted(
     intensity: NDArray[np.float64], directions: Float32, weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     normal = np.einsum("kc,nk,kd->ncd", directions, weights, directions, optimize=True)

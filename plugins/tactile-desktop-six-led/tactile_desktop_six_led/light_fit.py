@@ -103,7 +103,7 @@ def fit_light_field(
         fit = _Objective(logs, terms, target, pressed, start, penalty)
         fit = replace(fit, huber=fit.noise_limit(found))
         found = least_squares(fit.error, found, fit.jacobian, max_nfev=rounds).x
-    return _unpacked(found.astype(np.float32), lights)
+    return _unpack_parameters(found.astype(np.float32), lights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,19 +136,19 @@ class _Objective:
 
     def noise_limit(self, parameters: Float) -> float:
         """Return the distance where the noise ends, from the errors under a press."""
-        missed, _, _ = self._residual(*_unpacked(parameters, self.logs.shape[1]))
+        missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
         sigma = _PER_MEDIAN * np.median(np.abs(missed[self.pressed > 0]))
         return max(LIGHT_FIT.least_huber, LIGHT_FIT.huber_sigmas * float(sigma))
 
     def error(self, parameters: Float) -> Float:
         """Return (2 N + P,) residuals of normal_xy with Huber's loss, and of the penalty."""
-        missed, _, _ = self._residual(*_unpacked(parameters, self.logs.shape[1]))
+        missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
         missed *= _robust(missed, self.huber)
         return np.concatenate([missed.ravel(), self.penalty * (parameters - self.start)])
 
     def jacobian(self, parameters: Float) -> Float:
         """Return the (2 N + P, P) derivative of :meth:`error`."""
-        field, tilt = _unpacked(parameters, self.logs.shape[1])
+        field, tilt = _unpack_parameters(parameters, self.logs.shape[1])
         missed, b, power = self._residual(field, tilt)
         count, lights = power.shape
         terms = self.terms[:, :, None] * (power - 1)[:, None, :]
@@ -195,7 +195,7 @@ def _linear_start(change: Float, terms: Float, target: Float32) -> Float:
     return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights + 12)])
 
 
-def _unpacked(parameters: NDArray[Any], lights: int) -> tuple[LightField, NDArray[Any]]:
+def _unpack_parameters(parameters: NDArray[Any], lights: int) -> tuple[LightField, NDArray[Any]]:
     ends = [lights, 13 * lights, 16 * lights]
     exponents, across, facing, tilt = np.split(parameters, ends)
     field = LightField(exponents, across.reshape(2, 6, lights), facing.reshape(3, lights))

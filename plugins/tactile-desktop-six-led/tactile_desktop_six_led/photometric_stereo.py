@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
-from tactile_core.algorithms.arrays.shrinking import interpolated
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.photometric import around_markers, fill_markers
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Compensation
@@ -131,7 +131,7 @@ class PhotometricStereo(Calibration):
         shape = frame.pixels.shape[0], frame.pixels.shape[1]
 
         def consistent() -> Bool:
-            return np.equal(interpolated(inconsistent, cells.step_px, shape), 0)
+            return np.equal(interpolate_cells(inconsistent, cells.step_px, shape), 0)
 
         return slopes_of(frame, cells, consistent if inconsistent.any() else None)
 

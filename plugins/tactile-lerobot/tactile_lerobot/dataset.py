@@ -104,7 +104,7 @@ class Dataset(Sink):
         quantities = [*reading.quantities.values(), *reading.inputs.values()]
         frame, guard = reading.frame, self.session.guard
         saved = arrays_of(quantities, mm_per_px=frame.mm_per_px, guard=guard)
-        described = _described(json.loads(saved.pop(DESCRIPTION).tobytes()))
+        described = _describe_arrays(json.loads(saved.pop(DESCRIPTION).tobytes()))
         described["mm_per_px"] = {"unit": "mm/px"}
         found: dict[str, NDArray[Any]] = {}
         for name, array in saved.items():
@@ -219,7 +219,7 @@ def _image_info(image: Image) -> dict[str, Any]:
     }
 
 
-def _described(quantities: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def _describe_arrays(quantities: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Return unit, axes and quantity of each array, from the description of a reading."""
     found: dict[str, dict[str, Any]] = {}
     for quantity, entry in quantities.items():

@@ -20,7 +20,7 @@ class FILLING:
     least_share = 1e-3
 
 
-def filled(image: Array, known: Bool) -> Array:
+def fill_unknown(image: Array, known: Bool) -> Array:
     """Fill unknown pixels from the known ones around them.
 
     A pyramid of ever coarser images is made of the known pixels alone (pull), and each unknown
@@ -48,7 +48,7 @@ def filled(image: Array, known: Bool) -> Array:
 
 
 def filled_together(images: Sequence[Array], known: Bool) -> list[Array]:
-    """Fill several images whose known pixels are the same; see :func:`filled`."""
+    """Fill several images whose known pixels are the same; see :func:`fill_unknown`."""
     if known.all():
         return [image.copy() for image in images]
     height, width = known.shape

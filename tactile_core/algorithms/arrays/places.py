@@ -24,7 +24,7 @@ def nodes(shape: tuple[int, ...]) -> NDArray[np.float32]:
     return np.indices(shape, np.float32)[::-1].transpose(1, 2, 0).copy()
 
 
-def struck(points: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def rasterise_points(points: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Rasterise points (N, 2), some perhaps outside: (h, w), 1 at their pixels and 0 elsewhere."""
     image = np.zeros(shape, np.uint8)
     columns, rows = np.rint(points.T).astype(np.intp)

@@ -13,7 +13,7 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 MOST_CHANNELS = 4  # OpenCV shrinks at most this many channels at once, unless by an integer factor
 
 
-def shrunk(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Array:
+def shrink_image(image: Array, size_px: tuple[int, int], *, halvings: int = 8) -> Array:
     """Shrink an image; each new pixel is the mean over the area that it covers.
 
     Parameters
@@ -51,7 +51,7 @@ _WORDS: dict[int, Any] = {
 }
 
 
-def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def repeat_pixels(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Enlarge an (h, w) uint8 image to an (H, W) shape by nearest-neighbour interpolation."""
     if image.shape == shape:
         return image
@@ -67,7 +67,7 @@ def repeated(image: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uin
     return np.repeat(wide, times, axis=0)
 
 
-def enlarged(cells: Array, shape: tuple[int, ...]) -> Array:
+def enlarge_cells(cells: Array, shape: tuple[int, ...]) -> Array:
     """Enlarge an (h, w, …) grid of cells that tile an image to (H, W, …), interpolated linearly.
 
     A grid of that size is returned unchanged.
@@ -78,7 +78,7 @@ def enlarged(cells: Array, shape: tuple[int, ...]) -> Array:
     return np.asarray(large).reshape(*shape[:2], *cells.shape[2:])
 
 
-def interpolated(cells: Array, step_px: int, shape: tuple[int, int]) -> Array:
+def interpolate_cells(cells: Array, step_px: int, shape: tuple[int, int]) -> Array:
     """Interpolate (h, w) cells of ``step_px`` pixels to an (H, W) image, in a new array.
 
     Parameters
@@ -100,7 +100,7 @@ def interpolated(cells: Array, step_px: int, shape: tuple[int, int]) -> Array:
 _WEIGHTS = np.array([-7, 105, 35, -5], np.float32) / 128
 
 
-def refined(cells: Float32) -> Float32:
+def refine_cells(cells: Float32) -> Float32:
     """Interpolate (h, w) cells to the (2 h, 2 w) cells of half their side that they consist of.
 
     A cubic through the four nearest cells along each axis keeps the peak of a small object, which

@@ -131,8 +131,8 @@ def radial_profile(
             axis=1,
         )  # (G, 3, J)
         whole = systems.sum(0)
-        sines = _solved(whole[None])[0]
-    without = _solved(whole - systems) if jackknifed else np.empty((0, count))
+        sines = _solve_sines(whole[None])[0]
+    without = _solve_sines(whole - systems) if jackknifed else np.empty((0, count))
     return RadialProfile(nodes, sines, without)
 
 
@@ -201,7 +201,7 @@ class _Pixels:
         return curve, (weighted * slope).sum(0) / cost
 
 
-def _solved(systems: Float64) -> Float64:
+def _solve_sines(systems: Float64) -> Float64:
     """Solve for the sines at the nodes: diagonals, next to it, and right sides, (G, 3, J)."""
     diagonal, beside, right = systems.transpose(1, 0, 2)
     count = diagonal.shape[1]

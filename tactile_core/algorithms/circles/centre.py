@@ -112,7 +112,7 @@ def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]
     fits = [ball.samples.xy.shape[1] >= CENTRE.fewest_pixels for ball in balls]
     some = [ball for ball, fit in zip(balls, fits, strict=True) if fit]
     parts = (some[i : i + CENTRE.together] for i in range(0, len(some), CENTRE.together))
-    fitted = iter([centre for part in parts for centre in _fitted(part, light)])
+    fitted = iter([centre for part in parts for centre in _fit_balls(part, light)])
     nothing = np.zeros_like(light.spread), light.spread**2
     return [
         next(fitted) if fit else FittedCentre(ball.start, np.full((2, 2), np.inf), *nothing, np.inf)
@@ -120,7 +120,7 @@ def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]
     ]
 
 
-def _fitted(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]:
+def _fit_balls(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]:
     """Fit balls with enough pixels."""
     unit = max(light.residual, CENTRE.least_residual)
     pixels = _Pixels.of(balls)

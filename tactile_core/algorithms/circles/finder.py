@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.centre import CENTRE, FittedCentre, fit_centres
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.light import Light, fit, orders_for
-from tactile_core.algorithms.circles.press_fit import FIT, PressFit, trusted
+from tactile_core.algorithms.circles.press_fit import FIT, PressFit, choose_fit_reach
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
 
@@ -144,7 +144,7 @@ def find_circles(
         fitted.find_contact(light, last=True)
     report(1.0)
     return [
-        fits[i].circle() if i in fits else _excluded(start.seen(darkens=fades), reason)
+        fits[i].circle() if i in fits else _exclude_sighting(start.seen(darkens=fades), reason)
         for i, (start, reason) in enumerate(zip(starts, reasons, strict=True))
     ]
 
@@ -175,7 +175,7 @@ def _fit_together(
         if not fits:
             return None
         for fitted in fits.values():
-            fitted.reach = trusted(fitted.border.radius, fitted.ball)
+            fitted.reach = choose_fit_reach(fitted.border.radius, fitted.ball)
         light = _alternate(fits, orders_for(len(fits)), fades=fades)
         report(0.4 + 0.2 * (round_ + 1))
     return light
@@ -189,7 +189,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
         fitted = PressFit.of(start, darkens=fades)
         change = fitted.sighting.change
         fitted.centre = change.to_working(np.asarray(circle.centre_px))
-        fitted.reach = trusted(circle.contact_radius_px * change.scale, start.ball)
+        fitted.reach = choose_fit_reach(circle.contact_radius_px * change.scale, start.ball)
         fits[i] = fitted
     orders = orders_for(len(fits))
     light = fit([f.samples() for f in fits.values()], orders, darkens=fades)
@@ -213,7 +213,7 @@ def _approach(fitted: PressFit, light: Light) -> None:
         fitted.move(_step(fitted, light))
     for _ in range(FINDER.held_out_rounds):
         fitted.find_contact(light)
-        fitted.reach = trusted(fitted.border.radius, fitted.ball)
+        fitted.reach = choose_fit_reach(fitted.border.radius, fitted.ball)
         step = _step(fitted, light)
         fitted.move(step)
         if np.hypot(*step) < FINDER.held_out_settled_px:
@@ -281,6 +281,6 @@ def _outliers(fits: dict[int, PressFit]) -> dict[int, str]:
     return found
 
 
-def _excluded(sighting: Sighting, reason: str) -> Circle:
+def _exclude_sighting(sighting: Sighting, reason: str) -> Circle:
     x, y = sighting.change.to_image(sighting.centre)
     return Circle((float(x), float(y)), 0.0, False, reason, 0.0)

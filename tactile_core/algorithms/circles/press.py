@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import sigma_of
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.levels import LEVELS
 
@@ -238,7 +238,7 @@ def working_scale(ball_radius_px: float) -> float:
 def change_of(press: PressImage, scale: float) -> Change:
     """Shrink a press, divide it by the reference, mask the markers and smooth."""
     frame, reference = (
-        _shrunk(a, scale, press.full_scale) for a in (press.pixels, press.reference)
+        _shrink_pixels(a, scale, press.full_scale) for a in (press.pixels, press.reference)
     )
     weight = np.ones(frame.shape[:2], np.float32)
     if press.marker_mask is not None:
@@ -248,7 +248,7 @@ def change_of(press: PressImage, scale: float) -> Change:
         weight[share > PRESS.marker_share] = 0
     saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
-        weight[_folded(saturated[..., k], frame[..., k])] = 0
+        weight[_find_dark_holes(saturated[..., k], frame[..., k])] = 0
     noise = np.maximum(_pixel_noise(frame - reference), np.float32(PRESS.least_noise))
     undeformed = np.maximum(reference, 0)
     # The noise keeps the divisor finite in the dark, the share the logarithm in shadows.
@@ -284,16 +284,16 @@ def _grain_px2(*blurs_px: float) -> float:
     return 1 + 4 * np.pi * sum(blur**2 for blur in blurs_px)
 
 
-def _shrunk(pixels: NDArray[Any], scale: float, full_scale: float) -> Float32:
+def _shrink_pixels(pixels: NDArray[Any], scale: float, full_scale: float) -> Float32:
     image = pixels.astype(np.float32) * np.float32(LEVELS.full_scale_8_bit / full_scale)
     h, w = image.shape[:2]
     if scale == 1:
         return image
     size = max(1, round(w * scale)), max(1, round(h * scale))
-    return shrunk(image, size)
+    return shrink_image(image, size)
 
 
-def _folded(saturated: Bool, plane: Float32) -> Bool:
+def _find_dark_holes(saturated: Bool, plane: Float32) -> Bool:
     """Mask of dark holes inside saturated spots."""
     if np.count_nonzero(saturated) <= PRESS.fewest_saturated:
         return np.zeros_like(saturated)

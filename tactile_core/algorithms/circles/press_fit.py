@@ -168,7 +168,7 @@ class PressFit:
         )
 
 
-def trusted(contact: float, ball: float) -> float:
+def choose_fit_reach(contact: float, ball: float) -> float:
     """Distance from the centre within which the light is fitted to a contact."""
     bounds = FIT.smallest_contact * ball, FIT.largest_reach * ball
     return float(np.clip(FIT.contact_share * contact, *bounds))

@@ -155,11 +155,11 @@ def _median(change: Change, where: Bool) -> Float64:
     rows, columns = np.nonzero(where)
     if not len(rows):
         return np.zeros(change.values.shape[2])
-    values, _, _ = change.at(_thinned(columns), _thinned(rows))
+    values, _, _ = change.at(_thin_values(columns), _thin_values(rows))
     return np.median(values, axis=1).astype(np.float64)
 
 
-def _thinned(values: Array) -> Array:
+def _thin_values(values: Array) -> Array:
     """Every n-th of (N,) values, enough for a median."""
     return values[:: max(1, len(values) // START.most_pixels)]
 
@@ -187,7 +187,7 @@ def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, 
     length = np.sqrt(change.energy)
     step = _step(change.weight.size)
     expected = np.sqrt(change.noise_variance[::step, ::step].sum(2))
-    noise = sigma_of(_thinned(length[far])) if far.any() else float(np.median(expected))
+    noise = sigma_of(_thin_values(length[far])) if far.any() else float(np.median(expected))
     moved = max(noise, float(np.abs(drift).max()))
     differs = moved > max(START.largest_drift, START.noise_ratio * float(np.median(expected)))
     if differs:

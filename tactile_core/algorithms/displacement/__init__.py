@@ -3,9 +3,9 @@
 from tactile_core.algorithms.displacement.decomposition import (
     Decomposition,
     curl,
-    decomposed,
+    decompose_field,
     divergence,
 )
 from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 
-__all__ = ["Decomposition", "MarkedSurface", "curl", "decomposed", "divergence"]
+__all__ = ["Decomposition", "MarkedSurface", "curl", "decompose_field", "divergence"]

@@ -54,7 +54,7 @@ class LayerResponse:
         self._from_rows = np.ascontiguousarray(to_y.reshape(-1, rows), np.float32)
         complex_x = np.stack([to_x[0], -to_x[1]], axis=1).reshape(-1, columns)
         self._from_columns = np.ascontiguousarray(complex_x.T, np.float32)
-        to_y, to_x = (_weighted(side) for side in (to_y, to_x))
+        to_y, to_x = (_weight_waves(side) for side in (to_y, to_x))
         to_rows = to_y.reshape(-1, rows).T[inside[0]]
         to_columns = np.stack([to_x[0], -to_x[1]], axis=1).reshape(-1, columns)[:, inside[1]]
         self._to_rows = np.ascontiguousarray(to_rows, np.float32)
@@ -79,7 +79,7 @@ def _waves(count: int) -> Float64:
     return np.stack([np.cos(phase), np.sin(phase)])
 
 
-def _weighted(waves: Float64) -> Float64:
+def _weight_waves(waves: Float64) -> Float64:
     """Scale waves so that they add up to the values of which they are the transform."""
     weight = np.full((waves.shape[1], 1), 2.0)
     weight[0] = weight[-1] = 1.0

@@ -63,7 +63,7 @@ def curl(displacement_mm: Array, *, mm_per_px: float) -> Float32:
     return np.asarray((np.gradient(v, axis=1) - np.gradient(u, axis=0)) / np.float32(mm_per_px))
 
 
-def checked(displacement_mm: Array) -> Array:
+def check_field(displacement_mm: Array) -> Array:
     """Return the field after checking its shape.
 
     Raises
@@ -78,7 +78,7 @@ def checked(displacement_mm: Array) -> Array:
 
 
 def _parts(displacement_mm: Array) -> Float32:
-    return np.asarray(np.moveaxis(checked(displacement_mm), 2, 0), np.float32, order="C")
+    return np.asarray(np.moveaxis(check_field(displacement_mm), 2, 0), np.float32, order="C")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ class Decomposition:
         return np.stack([moved.real, moved.imag], axis=-1).astype(np.float32)
 
 
-def decomposed(
+def decompose_field(
     displacement_mm: Array,
     mask: Bool | None = None,
     *,
@@ -171,7 +171,7 @@ def decomposed(
     .. [2] W. Yuan, S. Dong and E. H. Adelson, "GelSight: High-resolution robot tactile sensors for
        estimating geometry and force", Sensors 17(12), 2017.
     """
-    shape = checked(displacement_mm).shape[:2]
+    shape = check_field(displacement_mm).shape[:2]
     if mask is not None and mask.shape != shape:
         raise InputError(f"the field is {shape} and the mask {mask.shape}; they must agree")
     rows, columns = np.nonzero(np.ones(shape, np.bool_) if mask is None else mask)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
@@ -75,7 +75,7 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     """
     factor = max(1.0, max(pixels.shape[:2]) / FLOW.longest_side_px)
     height, width = (max(1, round(side / factor)) for side in pixels.shape[:2])
-    small = shrunk(pixels, (width, height)).reshape(height, width, -1)
+    small = shrink_image(pixels, (width, height)).reshape(height, width, -1)
     share = np.full((1, small.shape[2]), 1 / (small.shape[2] * full_scale), np.float32)
     bright = (small.astype(np.float32) @ share[0]).astype(np.float32)
     return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), FLOW.detail_px), np.float32)
@@ -107,7 +107,7 @@ def motion(earlier: Imprint, now: Imprint, start_px: Float32) -> Float32:
     -------
     (h, w, 2) float32
         Displacement since ``earlier`` of what is now at each pixel, px. It is meaningless where
-        there is no texture; see :func:`settled`.
+        there is no texture; see :func:`fill_untextured`.
 
     References
     ----------
@@ -119,7 +119,7 @@ def motion(earlier: Imprint, now: Imprint, start_px: Float32) -> Float32:
     return np.asarray(-search.calc(now.grey, earlier.grey, -start_px), np.float32)
 
 
-def settled(moved_px: Float32, weight: Float32, *, reach_px: float) -> Float32:
+def fill_untextured(moved_px: Float32, weight: Float32, *, reach_px: float) -> Float32:
     """Replace motion without texture by that of its surroundings, and by 0 far from any texture.
 
     Parameters
@@ -141,14 +141,14 @@ def settled(moved_px: Float32, weight: Float32, *, reach_px: float) -> Float32:
     height, width = weight.shape
     weighted = np.dstack([moved_px * weight[..., None], weight])
     coarser = FLOW.smoothing_reduction
-    small = shrunk(weighted, (max(1, width // coarser), max(1, height // coarser)))
+    small = shrink_image(weighted, (max(1, width // coarser), max(1, height // coarser)))
     wide = cv2.GaussianBlur(small, (0, 0), reach_px / coarser)
     around = wide[..., :2] / (wide[..., 2:] + np.float32(FLOW.min_weight))
     around = cv2.resize(around, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(around + weight[..., None] * (moved_px - around), np.float32)
 
 
-def composed(before_px: Float32, moved_px: Float32) -> Float32:
+def compose_motions(before_px: Float32, moved_px: Float32) -> Float32:
     """Return the total motion of ``before_px`` followed by ``moved_px``.
 
     Parameters

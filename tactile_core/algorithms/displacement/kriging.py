@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.places import nodes
-from tactile_core.algorithms.arrays.shrinking import enlarged, repeated, shrunk
+from tactile_core.algorithms.arrays.shrinking import enlarge_cells, repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 
 
@@ -77,7 +77,7 @@ class Kriging:
         rows, columns = points_mm.shape[:2]
         self.std_shape = max(1, rows // 2), max(1, columns // 2)
         shares = (
-            shrunk(np.eye(many, dtype=np.float32), (many, few))
+            shrink_image(np.eye(many, dtype=np.float32), (many, few))
             for many, few in zip((rows, columns), self.std_shape, strict=True)
         )
         means = np.kron(*shares) @ variances
@@ -234,12 +234,12 @@ class CoarseGrid:
             total = cells @ np.ones(cells.shape[1], np.float32)
             pixels = np.float32(height // rows * cells.shape[1])
             return np.asarray(total.reshape(self.shape) / pixels, np.float32)
-        small = shrunk(np.negative(mask.view(np.uint8)), (columns, rows))
+        small = shrink_image(np.negative(mask.view(np.uint8)), (columns, rows))
         return small.astype(np.float32) / np.float32(255)
 
     def marked(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Repeat a mask of cells (rows, columns) to the image (H, W)."""
-        return repeated(cells.view(np.uint8), self.image_shape).view(np.bool_)
+        return repeat_pixels(cells.view(np.uint8), self.image_shape).view(np.bool_)
 
     @cached_property
     def refinement(self) -> tuple[Float32, Float32]:
@@ -260,4 +260,4 @@ class CoarseGrid:
 
     def enlarged(self, field: Float32) -> Float32:
         """Interpolate a field (rows, columns, 2) linearly to the image (H, W, 2)."""
-        return enlarged(field, self.image_shape)
+        return enlarge_cells(field, self.image_shape)

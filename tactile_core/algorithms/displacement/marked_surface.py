@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import pitch, struck
+from tactile_core.algorithms.arrays.places import pitch, rasterise_points
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
 from tactile_core.algorithms.displacement.kriging import KRIGING, CoarseGrid, Kriging
@@ -171,7 +171,7 @@ class MarkedSurface:
         The array is that of the last call while the same cells are valid, and cannot be written.
         """
         grid = self._grid
-        cells = struck(grid.in_cells(px[seen]), grid.shape)
+        cells = rasterise_points(grid.in_cells(px[seen]), grid.shape)
         known, near, valid = self._supported
         if cells.tobytes() != known.tobytes():
             known_near, near = near, np.asarray(cv2.dilate(cells, self._around), np.uint8)

@@ -146,7 +146,7 @@ class ElasticLayer(Response):
         self.grid, self.elastomer = grid, elastomer
         symbols = _symbols(grid, elastomer)
         if against is not None:
-            symbols = _paired(symbols, _symbols(grid, against), weight)
+            symbols = _add_compliances(symbols, _symbols(grid, against), weight)
         super().__init__(grid.shape, symbols, dtype)
         self._near: tuple[tuple[int, int], Response] | None = None
 
@@ -201,7 +201,7 @@ def _symbols(grid: Grid, elastomer: Elastomer) -> Symbols:
     )
 
 
-def _paired(one: Symbols, other: Symbols, weight: float) -> Symbols:
+def _add_compliances(one: Symbols, other: Symbols, weight: float) -> Symbols:
     """Add the compliances of two layers that press on each other.
 
     Both surfaces spread alike under the same pressure, so their coupling is subtracted.

@@ -113,7 +113,7 @@ class LayerFit:
         shares : Shares
             Of the contact.
         """
-        beside = measured.valid & ~_grown(measured.contact)
+        beside = measured.valid & ~_grow_contact(measured.contact)
         waves, cell_mm = self._layers[0].waves(shares.planes), self._grid.spacing_mm
 
         def tried(
@@ -186,7 +186,7 @@ def _ratio(softness: float) -> float:
     return (1 + LAYER_FIT.softness - float(np.exp(softness))) / 2
 
 
-def _grown(contact: Bool | Float32) -> Bool:
+def _grow_contact(contact: Bool | Float32) -> Bool:
     """Return the contact and the cells next to it, where the measured border is uncertain."""
     touching = (contact > 0.5).astype(np.uint8)
     return np.asarray(cv2.dilate(touching, np.ones((3, 3), np.uint8)), np.bool_)

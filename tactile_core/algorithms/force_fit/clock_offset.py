@@ -70,7 +70,7 @@ def clock_offset(
     frame_s = spans_s[0] / max(len(frames_s) - 1, 1)
     count = int(min((last_s - first_s) * CLOCK_OFFSET.steps / frame_s + 1, CLOCK_OFFSET.most))
     tried_s = aligned_s + np.linspace(first_s, last_s, max(count, 3))
-    shares = np.array([_explained(frames_s + s, features, times_s, force) for s in tried_s])
+    shares = np.array([_explained_share(frames_s + s, features, times_s, force) for s in tried_s])
     best = int(shares.argmax())
     offset_s = float(tried_s[best])
     if 0 < best < len(shares) - 1:
@@ -81,7 +81,7 @@ def clock_offset(
     return ClockOffset(offset_s, float(shares[best]))
 
 
-def _explained(at_s: Float64, features: Float64, times_s: Float64, force: Float64) -> float:
+def _explained_share(at_s: Float64, features: Float64, times_s: Float64, force: Float64) -> float:
     inside = (at_s >= times_s[0]) & (at_s <= times_s[-1])
     if inside.sum() < max(CLOCK_OFFSET.overlap * len(at_s), 3):
         return -np.inf

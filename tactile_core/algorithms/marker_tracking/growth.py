@@ -9,7 +9,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, nearest, paired
+from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, nearest, pair_nearest
 from tactile_core.algorithms.marker_tracking.parameters import GROWTH
 
 
@@ -46,7 +46,7 @@ class Scene:
     def paired(self, expected_px: Array, within_px: Array, found_px: Array | None = None) -> Intp:
         """Match markers with all detections, or with those given; see :func:`paired`."""
         found_px = self.found_px if found_px is None else found_px
-        return paired(expected_px, found_px, within_px)
+        return pair_nearest(expected_px, found_px, within_px)
 
     def steps(self, base_px: Array, owner: Intp) -> tuple[Array, Bool]:
         """Step (N, 2) of each marker from ``base_px``, 0 if unmatched, and which are matched."""

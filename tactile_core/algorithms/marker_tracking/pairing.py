@@ -39,7 +39,7 @@ def closest_of(places: Array, among: Array) -> NDArray[np.intp]:
 UNMATCHED = -1  # Index of the detection of a marker that has none
 
 
-def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
+def pair_nearest(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
     """Match markers with detections that are mutually nearest.
 
     Parameters
@@ -60,7 +60,7 @@ def paired(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
 
 
 def pairings(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
-    """Match markers like :func:`paired` under each of P predictions, (P, N, 2) to (P, N)."""
+    """Match markers like :func:`pair_nearest` under each of P predictions, (P, N, 2) to (P, N)."""
     result = np.full(expected_px.shape[:2], UNMATCHED, np.intp)
     searching = np.flatnonzero(within_px >= 0)
     if not len(found_px) or not searching.size:

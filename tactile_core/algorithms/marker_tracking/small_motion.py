@@ -14,7 +14,7 @@ from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOT
 _MOST_DISTANCES = 250_000
 
 
-def matched(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
+def match_markers(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
     """Match each marker with the detection that is mutually nearest to its prediction.
 
     Parameters
@@ -53,14 +53,14 @@ def steady(
 ) -> tuple[Array, Array] | None:
     """Follow markers of which none was lost, if all of them make a small, smooth step again.
 
-    It is the outcome of :func:`matched` when every marker is searched, matched and smooth, which
+    It is the outcome of :func:`match_markers` when every marker is searched, matched and smooth, which
     is most often the case and found out many times faster.
 
     Parameters
     ----------
     around : Neighbourhood
     last_px, momentum_px, found_px
-        As for :func:`matched`.
+        As for :func:`match_markers`.
 
     Returns
     -------

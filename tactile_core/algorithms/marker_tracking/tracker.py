@@ -17,7 +17,7 @@ from tactile_core.algorithms.marker_tracking.parameters import (
     SMALL_MOTION,
     TRACKER,
 )
-from tactile_core.algorithms.marker_tracking.small_motion import matched, steady
+from tactile_core.algorithms.marker_tracking.small_motion import match_markers, steady
 
 
 def best_explanation(
@@ -258,7 +258,7 @@ class MarkerTracker:
 
     def _small_motion(self, scene: Scene, searched: Bool) -> Intp | None:
         """Matches under a small motion; None where it does not explain the frame."""
-        owner, (small, smooth) = matched(scene, self.px, self._momentum_px, searched)
+        owner, (small, smooth) = match_markers(scene, self.px, self._momentum_px, searched)
         if not small or smooth:
             return owner if small else None
         base_px = self.px + self._momentum_px

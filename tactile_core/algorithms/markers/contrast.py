@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
 from tactile_core.errors import InputError
 
@@ -75,7 +75,7 @@ def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = Non
     if halves is not None and times % 2 == 0:
         pixels, times = halves, times // 2
     brightness = brightness_of(pixels, times)
-    background = _closed(brightness, reach)
+    background = _close_brightness(brightness, reach)
     lost = cv2.subtract(background, brightness)
     if lost.dtype == np.uint8:
         return np.asarray(cv2.divide(lost, background, scale=FULL), np.uint8)
@@ -102,7 +102,7 @@ def check_image(pixels: Array) -> None:
 
 def brightness_of(pixels: Array, times: int) -> Array:
     """(h, w) mean of the channels of an image that is reduced by a whole factor."""
-    pixels = _reduced(pixels, times)
+    pixels = _shrink_pixels(pixels, times)
     if pixels.ndim == 2:
         return pixels
     share = np.full((1, pixels.shape[2]), 1 / pixels.shape[2], np.float32)
@@ -111,25 +111,25 @@ def brightness_of(pixels: Array, times: int) -> Array:
 
 def background_of(brightness: Array, diameter_px: float) -> Array:
     """Brightness (h, w) with the markers closed, bounded from below where the image is dark."""
-    return _closed(brightness, _closing_reach(diameter_px))
+    return _close_brightness(brightness, _closing_reach(diameter_px))
 
 
 def _closing_reach(diameter_px: float) -> int:
     return round(0.5 * CONTRAST.closing_diameters * diameter_px)
 
 
-def _closed(brightness: Array, reach: int) -> Array:
+def _close_brightness(brightness: Array, reach: int) -> Array:
     closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(reach))
     full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
     darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
 
 
-def _reduced(pixels: Array, times: int) -> Array:
+def _shrink_pixels(pixels: Array, times: int) -> Array:
     if times == 1:
         return pixels
     height, width = pixels.shape[:2]
-    return shrunk(pixels, (max(1, width // times), max(1, height // times)))
+    return shrink_image(pixels, (max(1, width // times), max(1, height // times)))
 
 
 @cache
@@ -189,4 +189,4 @@ def mask_of(
     """
     _, above = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
     dark = np.asarray(above, np.uint8)
-    return np.asarray(cv2.dilate(repeated(dark, shape), square(1))).view(np.bool_)
+    return np.asarray(cv2.dilate(repeat_pixels(dark, shape), square(1))).view(np.bool_)

@@ -169,19 +169,19 @@ def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float6
     if np.count_nonzero(kinds.piece) > 1:
         piece = np.flatnonzero(kinds.piece)
         nearby = DETECTION.piece_distance * half_size
-        centres, merged = _merged(spots.subset(piece), mass[piece], nearby)
+        centres, merged = _merge_pieces(spots.subset(piece), mass[piece], nearby)
         marker[piece[merged]] = False
     centres.append(spots.centres[marker])
     if np.count_nonzero(kinds.bar):
-        centres += _split(spots.subset(kinds.bar), mass[kinds.bar], pitch, half_size)
+        centres += _split_bars(spots.subset(kinds.bar), mass[kinds.bar], pitch, half_size)
     inside = sum(map(len, centres))
     if np.count_nonzero(kinds.truncated):
-        centres.append(_extrapolated(spots.subset(kinds.truncated), half_size, shape))
+        centres.append(_extrapolate_centres(spots.subset(kinds.truncated), half_size, shape))
     found = np.concatenate(centres)
     return found, np.arange(len(found)) >= inside
 
 
-def _merged(spots: Spots, mass: Float64, nearby: float) -> tuple[list[Float64], NDArray[np.intp]]:
+def _merge_pieces(spots: Spots, mass: Float64, nearby: float) -> tuple[list[Float64], NDArray[np.intp]]:
     """Centres (1, 2) of markers that a highlight has split in two, and the indices of the pieces.
 
     Each piece belongs to one marker; the closest pairs are merged first.
@@ -199,7 +199,7 @@ def _merged(spots: Spots, mass: Float64, nearby: float) -> tuple[list[Float64], 
     return centres, np.array(used, np.intp)
 
 
-def _extrapolated(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:
+def _extrapolate_centres(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Float64:
     """Centres of markers that the border truncates; they may be outside the image.
 
     The part in view is twice as deep as the distance of its centroid from the border.
@@ -213,7 +213,7 @@ def _extrapolated(spots: Spots, half_size: float, shape: tuple[int, ...]) -> Flo
     return np.asarray(centres)
 
 
-def _split(spots: Spots, mass: Float64, pitch: float, half_size: float) -> list[Float64]:
+def _split_bars(spots: Spots, mass: Float64, pitch: float, half_size: float) -> list[Float64]:
     """Centres of the markers that form each bar, about a pitch apart along its major axis.
 
     A uniform bar has the variance of a uniform distribution. A bar of two markers has the mass of

@@ -209,7 +209,7 @@ def spot_pixels(contrast: UInt8, size_px: float, *, darkest: float) -> SpotPixel
         int(diameters * size_px / 2)
         for diameters in (DETECTION.opening_diameters, DETECTION.peak_diameters)
     )
-    smooth = _smoothed(contrast, smoothing)
+    smooth = _smooth_contrast(contrast, smoothing)
     thick = np.asarray(cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(opening)), np.uint8)
     peaks = np.asarray(cv2.dilate(thick, square(reach)), np.uint8)
     level = max(_typical_contrast(peaks), darkest)
@@ -222,7 +222,7 @@ def spot_pixels(contrast: UInt8, size_px: float, *, darkest: float) -> SpotPixel
     return SpotPixels(dark, weight, peaks, level)
 
 
-def _smoothed(contrast: UInt8, reach: int) -> UInt8:
+def _smooth_contrast(contrast: UInt8, reach: int) -> UInt8:
     return np.asarray(cv2.GaussianBlur(contrast, (2 * reach + 1,) * 2, 0), np.uint8)
 
 

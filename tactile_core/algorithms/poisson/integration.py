@@ -148,7 +148,7 @@ class PoissonSolver:
         gx, gy = (np.ascontiguousarray(g, np.float32) for g in (gx, gy))
         rhs = double_divergence(gx, gy, self.boundary)
         rhs *= np.float32(0.5 * self.mm_per_px)
-        return _checked(laplacian(self.shape, self.boundary).solve(rhs))
+        return _check_finite(laplacian(self.shape, self.boundary).solve(rhs))
 
 
 def integrate(
@@ -211,13 +211,13 @@ def integrate(
     if mask is not None and not _check_mask(mask, gx.shape).all():
         from tactile_core.algorithms.poisson.masked import solve_masked
 
-        _checked((np.where(mask, gx, 0) + np.where(mask, gy, 0)).reshape(1, -1))
+        _check_finite((np.where(mask, gx, 0) + np.where(mask, gy, 0)).reshape(1, -1))
         return np.asarray(mm_per_px * solve_masked(gx, gy, boundary, mask), np.float32)
     if np.result_type(gx, gy, np.float32) == np.float32:
         return PoissonSolver(gx.shape, mm_per_px=mm_per_px, boundary=boundary).solve(gx, gy)
     gx, gy = (np.ascontiguousarray(g, np.float64) for g in (gx, gy))
     rhs = (0.5 * mm_per_px) * double_divergence(gx, gy, boundary)
-    return _checked(laplacian(gx.shape, boundary, np.float64).solve(rhs).astype(np.float32))
+    return _check_finite(laplacian(gx.shape, boundary, np.float64).solve(rhs).astype(np.float32))
 
 
 def _check_arguments(shape: tuple[int, ...], mm_per_px: float, boundary: str) -> None:
@@ -250,7 +250,7 @@ def _check_mask(mask: Bool, shape: tuple[int, ...]) -> Bool:
     return mask
 
 
-def _checked(values: Array) -> Array:
+def _check_finite(values: Array) -> Array:
     # one slope that is not finite makes the whole solution so, and checking one row is enough
     if not isfinite(values[0] @ values[0]) and not np.isfinite(values[0]).all():
         raise InputError(

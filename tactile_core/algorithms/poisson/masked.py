@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.filling import filled
+from tactile_core.algorithms.arrays.filling import fill_unknown
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.poisson.screened import Boundary, laplacian
 
@@ -49,7 +49,7 @@ def solve_masked(gx: Array, gy: Array, boundary: Boundary, mask: Bool) -> Array:
     height = _conjugate_gradients(domain, rhs)
     if height is None:
         height = _direct(domain, rhs)
-    return np.asarray(filled(_without_free_constants(domain, height), mask))
+    return np.asarray(fill_unknown(_without_free_constants(domain, height), mask))
 
 
 class _Domain:

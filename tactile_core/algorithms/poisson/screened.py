@@ -48,7 +48,7 @@ def solve_screened(source: Array, weight: Array) -> Array:
     .. [1] M. R. Hestenes and E. Stiefel, "Methods of conjugate gradients for solving linear
        systems", Journal of Research of the National Bureau of Standards 49(6), 1952.
     """
-    (down, across, up, back), modes = _prepared(source.shape)
+    (down, across, up, back), modes = _prepare_transforms(source.shape)
     gain = 1 / (modes + max(float(weight.sum()) / weight.size, _TINY))
 
     def applied(z: Array) -> Array:
@@ -79,7 +79,7 @@ def solve_screened(source: Array, weight: Array) -> Array:
 
 
 @lru_cache(maxsize=16)
-def _prepared(shape: tuple[int, int]) -> tuple[tuple[Array, Array, Array, Array], Array]:
+def _prepare_transforms(shape: tuple[int, int]) -> tuple[tuple[Array, Array, Array, Array], Array]:
     """Return the cosine transforms along both axes, their transposes, and the stiffness."""
     down, across = (_cosines(side) for side in shape)
     back = np.ascontiguousarray(down.T), np.ascontiguousarray(across.T)

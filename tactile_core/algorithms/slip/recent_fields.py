@@ -119,7 +119,7 @@ def coarse(cells: Float32, image_shape: tuple[int, ...], stride: int) -> Float32
     Returns
     -------
     (h, w, …) float32
-        At the pixels that :func:`picked` samples.
+        At the pixels that :func:`pick_pixels` samples.
     """
     per_px = tuple(n / side for n, side in zip(cells.shape[:2], image_shape[:2], strict=True))
     x, y = _meshed_places(per_px, image_shape[:2], stride)
@@ -134,7 +134,7 @@ def coarse_field(cells: Float32, image_shape: tuple[int, ...], stride: int) -> C
     return as_complex(coarse(cells, image_shape, stride))
 
 
-def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
+def sample_cells(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
     """Interpolate (rows, columns) cells of ``step_px`` pixels in each block of pixels.
 
     Parameters
@@ -149,10 +149,10 @@ def sampled(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: 
     Returns
     -------
     (h, w) float32
-        At the pixels that :func:`picked` samples.
+        At the pixels that :func:`pick_pixels` samples.
     """
     if step_px == 1:
-        return picked(cells, stride)
+        return pick_pixels(cells, stride)
     x, y = _meshed_places((1 / step_px, 1 / step_px), image_shape, stride)
     how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
     return np.asarray(cv2.remap(cells, x, y, how, borderMode=border), np.float32)
@@ -184,7 +184,7 @@ def as_complex(field: Float32) -> Complex64:
     return field.view(np.complex64)[..., 0]
 
 
-def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
+def pick_pixels(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
     """Sample an image (H, W) in the middle of each block of pixels, (h, w)."""
     first = stride // 2
     return np.ascontiguousarray(image[first::stride, first::stride])
@@ -193,7 +193,7 @@ def picked(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:
 Window = tuple[slice, slice]  # Rows and columns of a part of a field
 
 
-def since(
+def displacement_since(
     now: Complex64, before: Complex64, spacing_mm: float, *, window: Window | None = None
 ) -> Complex64:
     """Return the displacement of the surface since an earlier field, mm.
@@ -214,17 +214,17 @@ def since(
     """
     at = _nodes(now.shape)
     there = (now, before) if window is None else (now[window], before[window])
-    return _moved(*there, before, at if window is None else at[window], spacing_mm)
+    return _displacement_at(*there, before, at if window is None else at[window], spacing_mm)
 
 
 def since_at(now: Complex64, before: Complex64, spacing_mm: float, chosen: Intp) -> Complex64:
     """Return the same at points (n,) with these flat indices."""
     at = _nodes(now.shape).reshape(1, -1, 2).take(chosen, axis=1)
     at_now, was_there = (each.reshape(1, -1).take(chosen, axis=1) for each in (now, before))
-    return np.asarray(_moved(at_now, was_there, before, at, spacing_mm)[0])
+    return np.asarray(_displacement_at(at_now, was_there, before, at, spacing_mm)[0])
 
 
-def _moved(
+def _displacement_at(
     now: Complex64, was_there: Complex64, before: Complex64, at: Float32, spacing_mm: float
 ) -> Complex64:
     """Displacement of points ``at`` (a, b, 2), where the fields are ``now`` and ``was_there``."""

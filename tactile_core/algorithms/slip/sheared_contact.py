@@ -19,7 +19,7 @@ from tactile_core.algorithms.slip.stick_region import (
 from tactile_core.algorithms.slip.touched import contact_motion, recent_motion
 from tactile_core.algorithms.slip.wide_contact import (
     WIDE_CONTACT,
-    smoothed,
+    smooth_displacement,
     smoothed_std_mm,
 )
 
@@ -244,7 +244,7 @@ class ShearedContact:
             noise_mm = SHEARED_CONTACT.stick_noises * self.noise_mm
             stick_share = region.stick_share(tolerance, noise_mm)
         else:
-            recent = smoothed(recent, position)
+            recent = smooth_displacement(recent, position)
             region = stick_region(
                 recent,
                 position,

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.places import pitch
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
@@ -60,9 +60,9 @@ class SurfaceView:
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
         self.times: int = max(1, round(pixels.shape[1] / VIEW.width_px))
-        first = _reduced(pixels, self.times)
+        first = _shrink_pixels(pixels, self.times)
         height, width = first.shape[:2]
-        self._markers_px = _at(reference_px, self.times)
+        self._markers_px = _scale_points(reference_px, self.times)
         diameter_px /= self.times
         self._columns, self._rows = np.meshgrid(
             np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)
@@ -71,7 +71,7 @@ class SurfaceView:
         self._weights, self._grid = _local_linear(self._markers_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(VIEW.rim_diameters * diameter_px)) + 1
         mask = marker_mask(pixels, diameter_px=diameter_px * self.times)
-        share = shrunk(mask.astype(np.float32), (width, height))
+        share = shrink_image(mask.astype(np.float32), (width, height))
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > VIEW.hidden_share
         self._side = 2 * round(0.5 * VIEW.window_pitches * pitch_px) + 1
 
@@ -108,11 +108,11 @@ class SurfaceView:
         times = self.times
         if halves is not None and self.takes_halves:
             pixels, times = halves, times // 2
-        apart = (_at(px, self.times) - self._markers_px).T
+        apart = (_scale_points(px, self.times) - self._markers_px).T
         moved = (apart @ self._weights).reshape(2, *self._grid)
         x, y = (cv2.resize(along, (width, height)) for along in moved)
         x, y = cv2.add(self._columns, x, dst=x), cv2.add(self._rows, y, dst=y)
-        frame = _reduced(pixels, times).astype(np.float32)
+        frame = _shrink_pixels(pixels, times).astype(np.float32)
         warped = np.asarray(cv2.remap(frame, x, y, cv2.INTER_LINEAR), np.float32)
         within = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
         seen = within & ~self._hidden
@@ -141,11 +141,11 @@ def _pattern(warped: Float32, seen: Bool, side: int) -> Float32:
     return smooth
 
 
-def _reduced(pixels: Array, times: int) -> Array:
-    return shrunk(pixels, (pixels.shape[1] // times, pixels.shape[0] // times))
+def _shrink_pixels(pixels: Array, times: int) -> Array:
+    return shrink_image(pixels, (pixels.shape[1] // times, pixels.shape[0] // times))
 
 
-def _at(points_px: Array, times: int) -> Float32:
+def _scale_points(points_px: Array, times: int) -> Float32:
     return np.asarray((np.asarray(points_px) + 0.5) / times - 0.5, np.float32)
 
 

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.filling import steepness
-from tactile_core.algorithms.arrays.places import struck
+from tactile_core.algorithms.arrays.places import rasterise_points
 from tactile_core.algorithms.arrays.regression import quantile
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Intp, UInt8
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.slip.recent_fields import (
     positions_mm,
-    sampled,
-    since,
+    sample_cells,
+    displacement_since,
     since_at,
     strain,
 )
@@ -60,7 +60,7 @@ class RING:
 
 def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> Float32:
     """Reduce an image to (h, w, K) float32, as a share of the full scale."""
-    small = shrunk(pixels, size_px)
+    small = shrink_image(pixels, size_px)
     small = np.asarray(small, np.float32) / np.float32(full_scale)
     return small if small.ndim == 3 else small[..., None]
 
@@ -82,10 +82,10 @@ def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
     return np.asarray(cv2.blur(change, box) / visible)
 
 
-def covered(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
+def mask_squares(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     """Mask (h, w) of the squares of this half side around points (N, 2), x and y."""
     side = 2 * round(radius) + 1
-    return np.asarray(cv2.dilate(struck(points, shape), np.ones((side, side), np.uint8))).view(
+    return np.asarray(cv2.dilate(rasterise_points(points, shape), np.ones((side, side), np.uint8))).view(
         np.bool_
     )
 
@@ -103,7 +103,7 @@ def steepness_of(
     Parameters
     ----------
     cells, step_px, image_shape, stride
-        The height map, as for :func:`~tactile_core.algorithms.slip.recent_fields.sampled`.
+        The height map, as for :func:`~tactile_core.algorithms.slip.recent_fields.sample_cells`.
     spacing_mm : float
         Distance between neighbouring grid points.
 
@@ -112,7 +112,7 @@ def steepness_of(
     steep : (h, w) float32
     steepest : float
     """
-    steep = steepness(sampled(cells, step_px, image_shape, stride), spacing_mm, smooth=True)
+    steep = steepness(sample_cells(cells, step_px, image_shape, stride), spacing_mm, smooth=True)
     return steep, peak(steep)
 
 
@@ -257,7 +257,7 @@ def contact_motion(
     left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
     # with a rim, so that the strain is that of the whole field
     window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
-    moved, inside = since(now, before, spacing_mm, window=window), mask[window]
+    moved, inside = displacement_since(now, before, spacing_mm, window=window), mask[window]
     chosen = inside.ravel().nonzero()[0][::every]
     displacement = moved.ravel()[chosen]
     weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))

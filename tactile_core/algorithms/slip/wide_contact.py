@@ -82,7 +82,7 @@ def smoothed_std_mm(std_mm: float, markers: int | None) -> float:
     return WIDE_CONTACT.noise_share * std_mm * float(np.sqrt(2 * terms / count))
 
 
-def smoothed(displacement: Complex64, position: Complex64) -> Complex64:
+def smooth_displacement(displacement: Complex64, position: Complex64) -> Complex64:
     """Return displacements (n,) as a polynomial of the positions (n,), both x + iy in mm."""
     scale = max(float(np.abs(position).max()), 1e-9)
     x, y = position.real / scale, position.imag / scale

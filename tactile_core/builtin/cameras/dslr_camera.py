@@ -62,7 +62,7 @@ class DslrCamera(StreamingCamera):
     @classmethod
     def connected(cls) -> Iterator[ConnectedDevice]:
         """Yield the cameras that gphoto2 finds; two of one model cannot be distinguished."""
-        for model, port in _detected(library()):
+        for model, port in _detect_cameras(library()):
             yield ConnectedDevice(port, model)
 
     def __init__(self, options: DslrOptions) -> None:
@@ -114,7 +114,7 @@ class DslrCamera(StreamingCamera):
         return self._read(max_age_s)
 
     def _found(self, gphoto: Any) -> str:
-        listed = [f"{model} at {port}" for model, port in _detected(gphoto)]
+        listed = [f"{model} at {port}" for model, port in _detect_cameras(gphoto)]
         wanted = self._settings.model or ""
         if not any(wanted.casefold() in one.casefold() for one in listed):
             raise DeviceAbsent(
@@ -245,7 +245,7 @@ def library() -> Any:
     return gphoto2
 
 
-def _detected(gphoto: Any) -> list[tuple[str, str]]:
+def _detect_cameras(gphoto: Any) -> list[tuple[str, str]]:
     """Return model and port of each camera that is switched on."""
     found = gphoto.Camera.autodetect()
     return [(found.get_name(index), found.get_value(index)) for index in range(found.count())]

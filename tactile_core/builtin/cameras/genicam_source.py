@@ -218,7 +218,7 @@ def library() -> Any:
         with warnings.catch_warnings():
             # PyGObject's importer lacks a method that Python has asked for since 3.6
             warnings.simplefilter("ignore", ImportWarning)
-            return _imported()
+            return _import_aravis()
     except (ImportError, ValueError) as error:
         raise LibraryMissing(
             f"core.genicam needs the library Aravis ({error}); on Debian and Ubuntu 'sudo apt "
@@ -227,7 +227,7 @@ def library() -> Any:
         ) from error
 
 
-def _imported() -> Any:
+def _import_aravis() -> Any:
     try:
         import gi
     except ImportError:

@@ -61,7 +61,7 @@ class HttpSource(ImageSource):
         connection = kind(url.hostname or "", url.port, timeout=timeout_s)
         self._connection = connection
         try:
-            self._socket, self._response = _requested(connection, url, name, timeout_s)
+            self._socket, self._response = _request_stream(connection, url, name, timeout_s)
             try:
                 self._parser = MjpegParser(_boundary(self._response, url, name))
             except BaseException:
@@ -111,7 +111,7 @@ class HttpSource(ImageSource):
         return data
 
 
-def _requested(
+def _request_stream(
     connection: HTTPConnection, url: SplitResult, name: str, timeout_s: float
 ) -> tuple[socket.socket, HTTPResponse]:
     headers = {"Accept": "multipart/x-mixed-replace, image/jpeg"}
@@ -216,7 +216,7 @@ class StreamCamera(StreamingCamera):
         return without_secrets(self._settings.url) if self._settings.url else ""
 
     def _connect(self) -> ImageSource:
-        url = _checked(self._settings.url)
+        url = _check_address(self._settings.url)
         if url.scheme == "rtsp":
             return VideoSource(url.geturl(), self.device_id, self._settings.timeout_s)
         return HttpSource(url, self.device_id, self._settings.timeout_s)
@@ -276,7 +276,7 @@ class VideoSource(ImageSource):
         self._capture.release()
 
 
-def _checked(address: str | None) -> SplitResult:
+def _check_address(address: str | None) -> SplitResult:
     if address is None:
         raise InputError(
             "core.stream has no address; write one in the profile, as 'camera: {use: core.stream, "

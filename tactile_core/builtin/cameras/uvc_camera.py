@@ -19,8 +19,8 @@ from tactile_core.builtin.cameras.video_controls import (
     opened_for_controls,
     set_named,
 )
-from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, selected, video_nodes
-from tactile_core.builtin.usb_bus import VIDEO, held, holders, usb_cameras
+from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, select_node, video_nodes
+from tactile_core.builtin.usb_bus import VIDEO, name_holders, holders, usb_cameras
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
 from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
@@ -170,7 +170,7 @@ class UvcCamera(StreamingCamera):
                 "an index is another camera after each restart; on Linux write 'serial', 'usb_id', "
                 "'product' or 'port' in 'camera' instead ('tactile devices' lists them)"
             )
-        node = selected(
+        node = select_node(
             video_nodes(self.sysfs),
             usb_id=options.usb_id,
             product=options.product,
@@ -190,7 +190,7 @@ class UvcCamera(StreamingCamera):
         try:
             capture = VideoCapture(node.path, self._name, self._wanted(), node.entry.exists)
         except DeviceError as error:
-            others = held(node.path)
+            others = name_holders(node.path)
             if others:
                 raise DeviceBusy(f"{self._name} is in use{others}; close that first") from error
             raise

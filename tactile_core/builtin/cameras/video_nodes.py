@@ -55,10 +55,10 @@ def video_nodes(sysfs: Path = SYSFS) -> list[VideoNode]:
     sysfs : Path
         Root of the kernel's description.
     """
-    return sorted(_found(sysfs), key=lambda node: (node.port, node.path))
+    return sorted(_find_nodes(sysfs), key=lambda node: (node.port, node.path))
 
 
-def _found(sysfs: Path) -> Iterator[VideoNode]:
+def _find_nodes(sysfs: Path) -> Iterator[VideoNode]:
     folder = sysfs / "class" / "video4linux"
     for entry in folder.iterdir() if folder.is_dir() else ():
         # the link must be resolved first: its target's parent is the USB device
@@ -83,7 +83,7 @@ def _text(path: Path) -> str:
         return ""
 
 
-def selected(
+def select_node(
     nodes: Iterable[VideoNode],
     *,
     usb_id: str | None = None,
@@ -125,7 +125,7 @@ def selected(
     ]
     if not matching:
         raise DeviceAbsent(
-            f"no connected camera has {asked}; connected are {_listed(nodes)}; connect that camera "
+            f"no connected camera has {asked}; connected are {_list_nodes(nodes)}; connect that camera "
             f"or correct 'camera' in the profile, {CLAIM}, {INSTEAD}"
         )
     if len(matching) > 1:
@@ -133,11 +133,11 @@ def selected(
         if key == "port" and len({node.port for node in matching}) < len(matching):
             matching = [replace(node, port=node.interface) for node in matching]
         raise DeviceAbsent(
-            f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_listed(matching)}; "
+            f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_list_nodes(matching)}; "
             f"write '{key}' in 'camera' of the profile to choose one, or {CLAIM}"
         )
     return matching[0]
 
 
-def _listed(nodes: Iterable[VideoNode]) -> str:
+def _list_nodes(nodes: Iterable[VideoNode]) -> str:
     return ", ".join(map(str, nodes))

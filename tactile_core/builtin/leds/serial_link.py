@@ -19,7 +19,7 @@ from tactile_core.builtin.leds.led_box import (
     decode,
     encode,
 )
-from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, held, holders, permission_advice
+from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, name_holders, holders, permission_advice
 from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 from tactile_core.interfaces.device import ConnectedDevice
 
@@ -285,16 +285,16 @@ def open_port(name: str, timeout_s: float) -> Any:
             exclusive=True,
         )
     except (OSError, ValueError) as error:  # SerialException is an OSError
-        raise _explained(name, error) from error
+        raise _explain_error(name, error) from error
     with suppress(AttributeError, NotImplementedError, OSError, ValueError):
         port.set_low_latency_mode(True)  # else an FTDI adapter waits 16 ms for more to come
     return port
 
 
-def _explained(name: str, error: OSError | ValueError) -> DeviceError:
+def _explain_error(name: str, error: OSError | ValueError) -> DeviceError:
     number = getattr(error, "errno", None)
     if number in _BUSY or isinstance(error.__context__, BlockingIOError):
-        return DeviceBusy(f"the serial port {name} is in use{held(name)}; close that first")
+        return DeviceBusy(f"the serial port {name} is in use{name_holders(name)}; close that first")
     if number == errno.EACCES or isinstance(error.__context__, PermissionError):
         return DeviceForbidden(f"the serial port {name} must not be opened; {permission_advice()}")
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):

@@ -14,8 +14,8 @@ from tactile_core.builtin.leds.led_box import UNASKED, BoxInfo, BoxOptions, LedB
 from tactile_core.builtin.usb_bus import (
     CLAIM,
     INSTEAD,
-    described,
-    held,
+    describe_device,
+    name_holders,
     node_of,
     permission_advice,
     port_path,
@@ -103,7 +103,7 @@ class UsbLink:
         try:
             usb.util.claim_interface(self._device, _INTERFACE)
         except (usb.core.USBError, NotImplementedError) as error:
-            raise refused(self._device, error) from error
+            raise explain_refusal(self._device, error) from error
 
     def _say(self, request: int, value: int, data: bytes) -> None:
         self._transfer(_TO_BOX, request, value, data, self._timeout_s)
@@ -139,10 +139,10 @@ class UsbLink:
                 f"the light box at {self.place} was disconnected; plug it in and open the sensor "
                 f"again"
             )
-        return refused(self._device, error)
+        return explain_refusal(self._device, error)
 
 
-def refused(device: Any, error: Exception | None) -> DeviceError:
+def explain_refusal(device: Any, error: Exception | None) -> DeviceError:
     """Explain why a device cannot be opened or claimed."""
     number, where = getattr(error, "errno", None), f"the light box at USB {port_path(device)}"
     if number == errno.EACCES:
@@ -197,12 +197,12 @@ class UsbLeds(LedBox):
         """Yield the connected boxes with the shared USB id."""
         closed = None
         for device in _with_id(USB_ID, cls.backend):
-            found = described(device)
+            found = describe_device(device)
             if not found.product:
                 reason = _reason(device)
                 if getattr(reason, "errno", None) != errno.EACCES:
                     continue  # it has no name, or was unplugged just now
-                closed = closed or refused(device, reason)
+                closed = closed or explain_refusal(device, reason)
             elif not found.product.startswith(PRODUCT):
                 continue
             yield found
@@ -237,7 +237,7 @@ def find(options: UsbOptions, backend: Any = None) -> Any:
         except (usb.core.USBError, ValueError, NotImplementedError) as error:
             reason = _reason(device) or error
             if getattr(reason, "errno", None) not in GONE:  # else it was unplugged just now
-                closed = closed or refused(device, reason)
+                closed = closed or explain_refusal(device, reason)
         else:
             if str(name).startswith(PRODUCT) and options.serial in (None, serial):
                 boxes.append(device)

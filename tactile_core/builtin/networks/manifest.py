@@ -266,7 +266,7 @@ class OnnxRuntimeNetwork(LoadedNetwork):
         return np.asarray(first, np.float32).reshape(-1)
 
 
-def loaded(content: bytes, name: str, runtime: Runtime) -> LoadedNetwork:
+def load_network(content: bytes, name: str, runtime: Runtime) -> LoadedNetwork:
     """Load a network.
 
     Parameters
@@ -289,7 +289,7 @@ def loaded(content: bytes, name: str, runtime: Runtime) -> LoadedNetwork:
     return network
 
 
-def tried(network: LoadedNetwork, tensor: Float32, name: str, outputs: int | None) -> None:
+def try_network(network: LoadedNetwork, tensor: Float32, name: str, outputs: int | None) -> None:
     """Run a network once on zeros and raise an error if the shapes do not match.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
-from tactile_core.algorithms.network import normalised, shrunk_planes, tensor
+from tactile_core.algorithms.network import normalise_planes, shrunk_planes, tensor
 from tactile_core.builtin.networks.manifest import (
     LoadedNetwork,
     NetworkFile,
@@ -19,8 +19,8 @@ from tactile_core.builtin.networks.manifest import (
     Planes,
     Runtime,
     Source,
-    loaded,
-    tried,
+    load_network,
+    try_network,
 )
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
@@ -94,11 +94,11 @@ class NetworkStep:
         """Load the network and run it once on zeros."""
         if self._network is not None:
             return
-        network = loaded(self._file.content(), self._file.network.name, self._runtime)
+        network = load_network(self._file.content(), self._file.network.name, self._runtime)
         given, names = self.manifest.input, self.manifest.output.names
         depth = given.frames * sum(map(self._depth, given.planes))
         zeros = np.zeros((given.height_px, given.width_px, depth), np.float32)
-        tried(network, tensor([zeros], given.order), self._file.path.name, len(names) or None)
+        try_network(network, tensor([zeros], given.order), self._file.path.name, len(names) or None)
         self._network = network
 
     def close(self) -> None:
@@ -153,12 +153,12 @@ class NetworkStep:
                 divisor = seen.frame.full_scale
             elif planes.divide_by == "reference_mean":
                 divisor = means
-            found = normalised(found, divisor)
+            found = normalise_planes(found, divisor)
         else:
             found = self._small(seen.other(planes.of, self._file.path.name))
         if planes.channels is not None:
             found = found[..., list(planes.channels)]
-        return normalised(found, 1.0, _several(planes.mean), _several(planes.std))
+        return normalise_planes(found, 1.0, _several(planes.mean), _several(planes.std))
 
     def _small(self, values: Array) -> Float32:
         return shrunk_planes(values, self._size)

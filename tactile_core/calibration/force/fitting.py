@@ -19,14 +19,14 @@ from tactile_core.algorithms.force_fit.cell_axes import (
     cell_rotation,
     tool_offset,
 )
-from tactile_core.bundles.bundle import Bundle, default_place, names_of, now
+from tactile_core.bundles.bundle import Bundle, default_place, names_of, current_time
 from tactile_core.bundles.manifest import Manifest
-from tactile_core.calibration.force.labelled import labelled
+from tactile_core.calibration.force.labelled import label_frames
 from tactile_core.calibration.force.recorded_features import (
     MeasuredRecordings,
     measured_recordings,
 )
-from tactile_core.calibration.force.result import ForceCalibrated, held_out_forces, scored
+from tactile_core.calibration.force.result import ForceCalibrated, held_out_forces, score_forces
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import ForceTable, read_forces, read_weights
 from tactile_core.interfaces.calibrator import Progress, Silent
@@ -56,7 +56,7 @@ class Alignment(NamedTuple):
     sequences: tuple[ForceSamples, ...]
 
 
-def aligned(sequences: Sequence[ForceSamples], names: Sequence[str]) -> Alignment:
+def align_forces(sequences: Sequence[ForceSamples], names: Sequence[str]) -> Alignment:
     """Find the load cell's axes and position, and convert its forces.
 
     Parameters
@@ -85,10 +85,10 @@ def aligned(sequences: Sequence[ForceSamples], names: Sequence[str]) -> Alignmen
         offset = tool_offset(column["moment"][known], forces[known])
         if offset is not None and offset.determined:
             forces = about_centre(forces, offset)
-    return Alignment(rotation, offset, _replaced(sequences, forces))
+    return Alignment(rotation, offset, _replace_forces(sequences, forces))
 
 
-def _replaced(sequences: Sequence[ForceSamples], forces: Float64) -> tuple[ForceSamples, ...]:
+def _replace_forces(sequences: Sequence[ForceSamples], forces: Float64) -> tuple[ForceSamples, ...]:
     ends = np.cumsum([len(one.forces) for one in sequences])
     parts = np.split(forces, ends[:-1])
     return tuple(replace(one, forces=part) for one, part in zip(sequences, parts, strict=True))
@@ -155,13 +155,13 @@ def calibrate_force(
         step=step,
         progress=progress,
     )
-    found = labelled(measured.recordings, tables, weights=weights is not None)
+    found = label_frames(measured.recordings, tables, weights=weights is not None)
     names = measured.estimator.feature_names
-    alignment = aligned(found.sequences, names)
+    alignment = align_forces(found.sequences, names)
     sequences = alignment.sequences if align else found.sequences
-    fit = partial(_fitted, measured.estimator)
+    fit = partial(_fit_model, measured.estimator)
     progress.stage("scoring on held-out sequences", 0.1)
-    scores = scored(sequences, *held_out_forces(sequences, fit, progress), names)
+    scores = score_forces(sequences, *held_out_forces(sequences, fit, progress), names)
     place = bundle if bundle is not None else default_place(known, serial)
     return ForceCalibrated(
         _with_model(known, measured, fit(sequences), serial),
@@ -197,7 +197,7 @@ def _tables(
     return [read_forces(path) for path in forces]
 
 
-def _fitted(estimator: FittedForce, sequences: Sequence[ForceSamples]) -> ForceModel:
+def _fit_model(estimator: FittedForce, sequences: Sequence[ForceSamples]) -> ForceModel:
     with blame(_CALIBRATION, estimator):
         model = estimator.fit(sequences)
     if not isinstance(model, ForceModel):
@@ -226,7 +226,7 @@ def _with_model(
         channels=reference.channels,
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
-        created=now(),
+        created=current_time(),
         versions={"tactile-core": __version__, "numpy": np.__version__},
         profile_hash=profile_hash(profile),
     )

@@ -37,7 +37,7 @@ class Labelled(NamedTuple):
     offsets: dict[str, ClockOffset]
 
 
-def labelled(
+def label_frames(
     recordings: Sequence[RecordedFeatures], tables: Sequence[ForceTable], *, weights: bool = False
 ) -> Labelled:
     """Give each frame its force.
@@ -86,7 +86,7 @@ def labelled(
         if not weights:
             _refuse_clipped(forces, table.path)
         samples = ForceSamples(recording.name, recording.features[known], forces[known])
-        sequences += _divided(samples, alone=len(recordings) == 1, weights=weights)
+        sequences += _divide_samples(samples, alone=len(recordings) == 1, weights=weights)
     if shared:
         _refuse_unmatched(shared, matched, "the recordings")
     sequences = [one for one in sequences if len(one.forces)]
@@ -133,7 +133,7 @@ def _by_time(recording: RecordedFeatures, table: ForceTable) -> tuple[Float64, C
     return forces, offset
 
 
-def _divided(samples: ForceSamples, *, alone: bool, weights: bool) -> list[ForceSamples]:
+def _divide_samples(samples: ForceSamples, *, alone: bool, weights: bool) -> list[ForceSamples]:
     if weights:
         runs = np.unique(samples.forces[:, 2], return_inverse=True)[1]
     elif alone and len(samples.forces):

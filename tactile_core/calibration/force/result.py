@@ -85,7 +85,7 @@ def held_out_forces(
     return np.concatenate(forces), np.concatenate(std)
 
 
-def scored(
+def score_forces(
     sequences: Sequence[ForceSamples],
     found: Float64,
     std: Float64,

@@ -14,7 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.shrinking import shrunk
+from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.circles import Circle
 from tactile_core.calibration.guided.coverage import Scorer
@@ -227,5 +227,5 @@ class UndeformedCells:
         return Change(ratio, light, float(np.sqrt(top)), middle_px, imprint)
 
     def _cells(self, pixels: np.ndarray) -> np.ndarray:
-        cells = shrunk(pixels, self._size).astype(np.float32)
+        cells = shrink_image(pixels, self._size).astype(np.float32)
         return cells.reshape(*cells.shape[:2], -1) + np.float32(self._offset)

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle
 from tactile_core.calibration.guided.examination import Bench
-from tactile_core.calibration.press_search import light_of, relocated
+from tactile_core.calibration.press_search import light_of, relocate_press
 from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import measured_frames
 from tactile_core.errors import CalibrationError
@@ -223,7 +223,7 @@ class Scorer:
         training = [replace(self._presses[name], circle=found) for name, found in before.items()]
         undeformed = self._bench.condition.undeformed
         try:
-            located = relocated(press, light_of(training))
+            located = relocate_press(press, light_of(training))
             samples = [one.training() for one in training]
             model = fitted_by(self._bench.calibrator, samples, undeformed)
         except CalibrationError:

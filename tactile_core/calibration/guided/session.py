@@ -189,7 +189,7 @@ class GuidedCalibration:
         if not self._circles:
             raise CalibrationError("no press was kept, so there is nothing to calibrate on")
         return self._background.run(
-            _fitted,
+            _fit_presses,
             self.profile,
             dict(self.presses),
             self._reference,
@@ -316,7 +316,7 @@ class GuidedCalibration:
         return "press", f"{before}Press the ball at the ring, and hold it still."
 
 
-def _fitted(
+def _fit_presses(
     profile: Profile,
     presses: Mapping[str, Frame],
     reference: Reference,

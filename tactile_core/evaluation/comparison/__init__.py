@@ -9,7 +9,7 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy
 from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
-from tactile_core.evaluation.comparison.report import Clock, interleaved
+from tactile_core.evaluation.comparison.report import Clock, interleave_readings
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
 from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
@@ -76,7 +76,7 @@ def compare(
     with one_thread(), ExitStack() as stack:
         sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
         clock = Clock([sensor.pipeline for sensor in sensors])
-        for readings in interleaved([sensor.stream() for sensor in sensors]):
+        for readings in interleave_readings([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.of(name)
             arrays = tuple(

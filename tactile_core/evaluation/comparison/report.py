@@ -175,14 +175,14 @@ def _row(summary: dict[str, Any], extra: list[str]) -> list[str]:
         _microns(summary["height_rmse_mm"]),
         _microns(summary["height_rmse_in_contact_mm"]),
         _microns(summary["peak_error_mm"]),
-        _formatted(summary["iou"].get("contact"), "{:.3f}"),
+        _format_value(summary["iou"].get("contact"), "{:.3f}"),
         *(_other(summary["iou"].get(name, summary["rmse"].get(name))) for name in extra),
         _several(summary["latency_ms"]),
-        _formatted(summary["peak_memory_mib"], "{:.0f}"),
+        _format_value(summary["peak_memory_mib"], "{:.0f}"),
     ]
 
 
-def _formatted(value: float | None, form: str) -> str:
+def _format_value(value: float | None, form: str) -> str:
     return NOTHING if value is None else form.format(value)
 
 
@@ -204,7 +204,7 @@ def _other(value: Any) -> str:
 LEAST_FRAMES = 20
 
 
-def interleaved(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
+def interleave_readings(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
     """Yield the readings of each frame; the streams rotate so that each is first equally often."""
     number = 0
     while True:
@@ -256,5 +256,5 @@ class Clock:
             for pipeline in self._pipelines:
                 pipeline.reset()
             again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
-            for readings in interleaved(again):
+            for readings in interleave_readings(again):
                 self.note(readings)

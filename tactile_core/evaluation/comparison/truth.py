@@ -106,10 +106,10 @@ def _is_number(array: NDArray[Any]) -> bool:
 def _check_size(true: tuple[int, ...], measured: tuple[int, ...], what: str) -> None:
     if true != measured:
         raise InputError(
-            f"{what} is {_formatted(true)} but {_formatted(measured)} was measured; give the truth "
+            f"{what} is {_format_shape(true)} but {_format_shape(measured)} was measured; give the truth "
             f"of this recording"
         )
 
 
-def _formatted(shape: tuple[int, ...]) -> str:
+def _format_shape(shape: tuple[int, ...]) -> str:
     return " × ".join(str(side) for side in shape) or "one number"

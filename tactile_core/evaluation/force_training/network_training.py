@@ -19,7 +19,7 @@ from tactile_core.evaluation.force_training.samples import (
 )
 from tactile_core.evaluation.force_training.training import (
     ForceScore,
-    covered,
+    covered_share,
     fitted_std,
     force_scores,
 )
@@ -228,7 +228,7 @@ def _finish(
         write_network,
     )
     from tactile_core.evaluation.force_training.networks import LoadMap, Vgg16
-    from tactile_core.evaluation.force_training.training import TrainingSet, predicted, train
+    from tactile_core.evaluation.force_training.training import TrainingSet, predict_wrenches, train
 
     known, check, unseen = parts
     data, heading, limits = words
@@ -244,13 +244,13 @@ def _finish(
         else Vgg16(channels)
     )
     progress.stage("training", 0.4)
-    mirrored = _mirrored(profile, channels)
+    mirrored = _find_mirrored(profile, channels)
     network = train(
         samples, made, epochs=plan.epochs, seed=plan.seed, mirrored=mirrored, progress=progress
     )
 
     def scored(units: Sequence[UnitSamples], modulus_mpa: float | None) -> list[ForceScore]:
-        found = [predicted(network, one) * (modulus_mpa or one.shear_modulus_mpa) for one in units]
+        found = [predict_wrenches(network, one) * (modulus_mpa or one.shear_modulus_mpa) for one in units]
         return force_scores(
             np.concatenate(found),
             np.concatenate([one.wrenches for one in units]),
@@ -266,10 +266,10 @@ def _finish(
 
     def relative(units: Sequence[UnitSamples]) -> tuple[Float64, Float64]:
         true = np.concatenate([one.relative for one in units]).astype(np.float64)
-        return np.concatenate([predicted(network, one) for one in units]), true
+        return np.concatenate([predict_wrenches(network, one) for one in units]), true
 
     std = fitted_std(*relative(check))
-    shares = ", ".join(f"{100 * share:.0f}" for share in covered(*relative(unseen), std))
+    shares = ", ".join(f"{100 * share:.0f}" for share in covered_share(*relative(unseen), std))
     content = onnx_bytes(network, 2 * channels, size)
     count = sum(weight.numel() for weight in network.parameters())
     kind = "map of loads on cells that is summed" if plan.network == "small" else "VGG-16"
@@ -289,7 +289,7 @@ def _finish(
     return Trained(*paths, scores)
 
 
-def _mirrored(profile: Profile, channels: int) -> tuple[int, ...] | None:
+def _find_mirrored(profile: Profile, channels: int) -> tuple[int, ...] | None:
     lights = profile.illumination.options.get("lights") or ()
     azimuths = [float(light["azimuth_deg"]) for light in lights if "azimuth_deg" in light]
     return mirrored_channels(azimuths) if len(azimuths) == channels else None

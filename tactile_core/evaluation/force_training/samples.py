@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
-from tactile_core.formats.json import shown
+from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.labels import read_forces
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.calibrator import Progress
@@ -217,7 +217,7 @@ def recorded_samples(
     absent = sorted(set(range(len(table.rows))) - set(rows))
     if absent:
         raise InputError(
-            f"{forces} has a force for the {table.key} {shown(table.rows[absent[0]])}, which "
+            f"{forces} has a force for the {table.key} {shorten_repr(table.rows[absent[0]])}, which "
             f"{input} does not contain; give the forces of this recording"
         )
     sequences = np.array([table.sequences[row] for row in rows])

@@ -75,14 +75,14 @@ class TrainingSet:
         self.index = np.concatenate(
             [[(number, k) for k in range(len(unit.images))] for number, unit in enumerate(units)]
         )
-        self.wrench_std = _shared(np.concatenate(self._relative).std(0))
+        self.wrench_std = _equalise_axes(np.concatenate(self._relative).std(0))
         known = [unit for unit in units if unit.loads is not None]
         spread = np.full(4, 1.0, np.float32)
         if known:
             all_loads = [
                 unit.loads / unit.shear_modulus_mpa for unit in known if unit.loads is not None
             ]
-            spread = _shared(np.concatenate(all_loads).std((0, 2, 3)))
+            spread = _equalise_axes(np.concatenate(all_loads).std((0, 2, 3)))
         else:
             spread = self.wrench_std / np.float32(cells[0] * cells[1]) ** 0.5
         self.load_std = np.asarray(spread, np.float32)
@@ -156,7 +156,7 @@ def train(
             falling = 0.5 * (1 + np.cos(np.pi * step / steps)) + 1e-3
             for group in optimiser.param_groups:
                 group["lr"] = TRAINING.rate * warm * falling
-            seen = augmented(samples.batch(order[start : start + batch]), rng, table, mirrored)
+            seen = augment_batch(samples.batch(order[start : start + batch]), rng, table, mirrored)
             loss = _loss(network, seen, wrench_std, load_std)
             optimiser.zero_grad()
             loss.backward()
@@ -168,7 +168,7 @@ def train(
     return averaged.eval()
 
 
-def predicted(network: Any, unit: UnitSamples) -> Float64:
+def predict_wrenches(network: Any, unit: UnitSamples) -> Float64:
     """(N, 4) wrenches that a network estimates, over the gel's shear modulus."""
     found = []
     with torch.no_grad():
@@ -179,7 +179,7 @@ def predicted(network: Any, unit: UnitSamples) -> Float64:
     return np.asarray(np.concatenate(found), np.float64)
 
 
-def augmented(
+def augment_batch(
     batch: Batch, rng: np.random.Generator, table: Float32, mirrored: tuple[int, ...] | None
 ) -> Batch:
     """Mirror half of the samples, vary light and colour, and add noise."""
@@ -233,7 +233,7 @@ def _average(averaged: Any, network: Any, past: float) -> None:
                 kept.copy_(new)
 
 
-def _shared(std: Any) -> Float32:
+def _equalise_axes(std: Any) -> Float32:
     """Return standard deviations in which x and y have the same, and none is 0."""
     spread = np.maximum(np.asarray(std, np.float32), np.float32(1e-6))
     spread[:2] = spread[:2].mean()
@@ -331,7 +331,7 @@ def fitted_std(found: Float64, true: Float64) -> tuple[Float64, Float64]:
     return floor, share
 
 
-def covered(found: Float64, true: Float64, std: tuple[Float64, Float64]) -> Float64:
+def covered_share(found: Float64, true: Float64, std: tuple[Float64, Float64]) -> Float64:
     """(4,) share of the errors below one standard deviation, as :func:`fitted_std` gives them."""
     floor, share = std
     magnitude = np.linalg.norm(found[:, :3], axis=1)[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactile_core.errors import TactileError
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, streamed
+from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, stream_unit
 from tactile_core.evaluation.timing.results import Bench as Bench
 from tactile_core.evaluation.timing.results import Benches as Benches
 from tactile_core.evaluation.timing.results import Cost as Cost
@@ -72,7 +72,7 @@ def bench(
     benches = []
     for unit, costs in zip(units, all_costs, strict=True):
         progress.stage(f"streaming {unit.profile.name}", 0.35 / len(units))
-        peak_mib, ratio = streamed(unit, two=available_cores() > 1)
+        peak_mib, ratio = stream_unit(unit, two=available_cores() > 1)
         benches.append(
             Bench(
                 profile=unit.profile.name,

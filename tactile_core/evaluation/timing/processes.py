@@ -23,7 +23,7 @@ class STREAMING:
     round_s = 0.15  # [s] Duration of one measurement
 
 
-def streamed(unit: VirtualUnit, *, two: bool) -> tuple[float | None, float | None]:
+def stream_unit(unit: VirtualUnit, *, two: bool) -> tuple[float | None, float | None]:
     """Stream a unit in one process, and in two at once.
 
     Both cases alternate, so that other load on the machine affects them equally.

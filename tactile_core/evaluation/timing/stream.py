@@ -57,7 +57,7 @@ class Stream:
     def whole(self) -> dict[str, float]:
         """Acquire and process one frame; return its time in ms under :data:`WHOLE`."""
         frame, times = next(self._frames), dict[str, float]()
-        with _timed(times, WHOLE):
+        with _time_stage(times, WHOLE):
             self._acquisition.observe()
             self._pipeline.process(frame)
         return times
@@ -65,7 +65,7 @@ class Stream:
     def staged(self) -> dict[str, float]:
         """Acquire one frame and process it stage by stage; return the times in ms."""
         frame, times = next(self._frames), dict[str, float]()
-        with _timed(times, ACQUIRE):
+        with _time_stage(times, ACQUIRE):
             self._acquisition.observe()
         self.through(frame, times)
         return times
@@ -81,20 +81,20 @@ class Stream:
         reference = self._pipeline.reference
         assert reference is not None
         if is_sequential(frame):
-            with _timed(times, LIGHTS):
+            with _time_stage(times, LIGHTS):
                 self._condition.verify(frame)
         if self._condition.finder is not None:
-            with _timed(times, MARKERS):
+            with _time_stage(times, MARKERS):
                 frame = self._condition.masked(frame)
         calibration, check = self._bundle.calibration, self._pipeline.gel_check
         assert calibration is not None
         assert check is not None
-        with _timed(times, SLOPES):
+        with _time_stage(times, SLOPES):
             frame = self._condition.compensated(frame)
             measured = measured_by(calibration, frame, reference)
             if self._bundle.errors is not None and isinstance(measured, Gradients):
                 measured = self._bundle.errors.added_to(measured)
-        with _timed(times, CHECK):
+        with _time_stage(times, CHECK):
             shown = check(frame)
         by_type: dict[type[Quantity], Quantity] = {
             Frame: frame,
@@ -107,7 +107,7 @@ class Stream:
         for step in self._pipeline.steps:
             if step.missing(by_type) is not None:
                 continue
-            with _timed(times, step.name), step.blamed():
+            with _time_stage(times, step.name), step.blamed():
                 found = step.estimate(by_type)
             by_type.update(zip(step.gives, found, strict=True))
         return by_type
@@ -127,7 +127,7 @@ def _camera_image(image: ImageSection) -> Pixels:
 
 
 @contextmanager
-def _timed(times: dict[str, float], name: str) -> Iterator[None]:
+def _time_stage(times: dict[str, float], name: str) -> Iterator[None]:
     start = perf_counter()
     yield
     times[name] = 1e3 * (perf_counter() - start)

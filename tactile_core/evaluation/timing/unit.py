@@ -93,7 +93,7 @@ def virtual_unit(
     CalibrationError
         The presses do not determine the model.
     """
-    profile = profile if size_px is None else _resized(profile, size_px)
+    profile = profile if size_px is None else _resize_profile(profile, size_px)
     calibrator = calibrator_of(profile.calibration, model)
     image = profile.image
     lights = make_lights(profile)
@@ -136,7 +136,7 @@ def virtual_unit(
     return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, tuple(stroke))
 
 
-def _resized(profile: Profile, size_px: tuple[int, int]) -> Profile:
+def _resize_profile(profile: Profile, size_px: tuple[int, int]) -> Profile:
     width, height = size_px
     scale = profile.image.mm_per_px * profile.image.width_px / width
     changed = {"width_px": width, "height_px": height, "mm_per_px": scale}

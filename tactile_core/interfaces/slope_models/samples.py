@@ -153,13 +153,13 @@ def samples_of(
             )
     if not presses:
         raise too_few(presses)
-    features, normal_xy = thinned(presses, sampler_of(reference, blur_px).features, most=most)
+    features, normal_xy = draw_samples(presses, sampler_of(reference, blur_px).features, most=most)
     if len(normal_xy) < SAMPLES.fewest or not normal_xy.any():
         raise too_few(presses)
     return features, normal_xy
 
 
-def thinned(
+def draw_samples(
     presses: Sequence[Press], features_of: Callable[..., Float32], *, most: int
 ) -> tuple[Float32, Float32]:
     """Return features (N, F) and normal_xy (N, 2) of randomly drawn pixels of each press.

@@ -12,7 +12,7 @@ from tactile_core.formats.files import remove_leftovers
 from tactile_core.formats.folders import make_folder
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.batch.cluster import on_cluster
-from tactile_core.pipeline.batch.plan import Step, check_folders, in_processes, planned
+from tactile_core.pipeline.batch.plan import Step, check_folders, in_processes, plan_jobs
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
@@ -72,7 +72,7 @@ class Batch:
         frames: int | None = None,
     ) -> None:
         self._out = out
-        self.jobs = planned(
+        self.jobs = plan_jobs(
             profile,
             inputs,
             out=out,

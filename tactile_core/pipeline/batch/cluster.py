@@ -10,8 +10,8 @@ from tactile_core.errors import InputError, TactileError
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
-    failed,
-    measured,
+    report_failure,
+    measure_recording,
 )
 
 _PATIENCE_S = 10  # Longest wait for the scheduler, and for its first worker
@@ -46,7 +46,7 @@ def on_cluster(
         The scheduler does not answer, or has no workers.
     """
     distributed = _library()
-    client = _connected(distributed, address)
+    client = _connect_client(distributed, address)
     try:
         _check_workers(client, address)
         waiting = iter(jobs)
@@ -78,7 +78,7 @@ def measured_in_one_thread(job: RecordingJob) -> MeasuredRecording:
     import cv2
 
     cv2.setNumThreads(1)
-    return measured(job)
+    return measure_recording(job)
 
 
 def _threads(client: Any) -> int:
@@ -102,7 +102,7 @@ def _library() -> Any:
     return distributed
 
 
-def _connected(distributed: Any, address: str) -> Any:
+def _connect_client(distributed: Any, address: str) -> Any:
     try:
         return distributed.Client(address, timeout=_PATIENCE_S, set_as_default=False)
     except (ValueError, TypeError) as error:
@@ -133,12 +133,12 @@ def _result(future: Any, job: RecordingJob) -> MeasuredRecording:
     except Exception as error:  # of the cluster: measured() raises none
         name = type(error).__name__
         if name == "KilledWorker":
-            return failed(
+            return report_failure(
                 job,
                 "each worker of the cluster that measured it ended, perhaps because memory ran out",
             )
         if isinstance(error, ImportError):
-            return failed(job, f"a worker of the cluster lacks a package ({error}); install it")
-        return failed(job, error)
+            return report_failure(job, f"a worker of the cluster lacks a package ({error}); install it")
+        return report_failure(job, error)
     assert isinstance(found, MeasuredRecording)
     return found

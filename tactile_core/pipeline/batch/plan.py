@@ -20,7 +20,7 @@ from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
-    failed,
+    report_failure,
     measuring,
 )
 from tactile_core.pipeline.initial_reference import FIRST
@@ -35,7 +35,7 @@ from tactile_core.recordings.output_folder import OutputFolder, own_files
 from tactile_core.recordings.recovery import list_recordings
 
 
-def planned(
+def plan_jobs(
     profile: Profile | str | Path,
     inputs: Sequence[Path],
     *,
@@ -186,7 +186,7 @@ def in_processes(jobs: Sequence[RecordingJob], workers: int) -> Iterator[Step]:
                 give(job)
                 continue
             if isinstance(step, Exception):
-                step = failed(job, _twice(step) if isinstance(step, ChildProcessError) else step)
+                step = report_failure(job, _twice(step) if isinstance(step, ChildProcessError) else step)
             left -= isinstance(step, MeasuredRecording)
             yield job, step
 

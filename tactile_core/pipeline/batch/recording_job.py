@@ -138,11 +138,11 @@ def measuring(job: RecordingJob) -> Generator[float | MeasuredRecording, None, N
             found = replace(found, folder=job.folder, _lines=())
         found = replace(found, duration_s=perf_counter() - start)
     except Exception as error:
-        found = failed(job, error)
+        found = report_failure(job, error)
     yield found
 
 
-def measured(job: RecordingJob) -> MeasuredRecording:
+def measure_recording(job: RecordingJob) -> MeasuredRecording:
     """Measure a recording as :func:`measuring` does, without reports."""
     *_, found = measuring(job)
     assert isinstance(found, MeasuredRecording)
@@ -167,7 +167,7 @@ def measured_earlier(job: RecordingJob) -> MeasuredRecording | None:
     )
 
 
-def failed(job: RecordingJob, error: Exception | str) -> MeasuredRecording:
+def report_failure(job: RecordingJob, error: Exception | str) -> MeasuredRecording:
     """Return the result for a recording that could not be measured."""
     return MeasuredRecording(job.name, job.recording, failure=_sentence(error))
 
@@ -188,7 +188,7 @@ def _measuring(
     job: RecordingJob, folder: OutputFolder | None
 ) -> Generator[float, None, MeasuredRecording]:
     lines, deepest, warned, tared = [], [], 0, job.tare_frame is None
-    with _opened(job) as sensor:
+    with _open_sensor(job) as sensor:
         sinks = Sinks(sensor.profile, job.save)
         with sinks.open(sensor.pipeline, folder, sensor.record):
             for reading in islice(sensor.stream(tare_frame=job.tare_frame), job.frames):
@@ -216,7 +216,7 @@ def _measuring(
     )
 
 
-def _opened(job: RecordingJob) -> Sensor:
+def _open_sensor(job: RecordingJob) -> Sensor:
     return open_sensor(
         job.profile,
         serial=job.serial,

@@ -12,7 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.npz import DESCRIPTION, arrays_of
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image
-from tactile_core.quantities.quantity import Guard, unguarded
+from tactile_core.quantities.quantity import Guard, pass_errors
 from tactile_core.recordings.hdf5.column_file import ColumnFile
 from tactile_core.recordings.recorder import RecordedImage
 
@@ -117,7 +117,7 @@ class ReadingColumns:
     markers, or without a fixed length, adds as many rows.
     """
 
-    def __init__(self, file: ColumnFile, guard: Guard = unguarded) -> None:
+    def __init__(self, file: ColumnFile, guard: Guard = pass_errors) -> None:
         self._file = file
         self._guard = guard
         self._count = 0

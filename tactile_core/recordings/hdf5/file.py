@@ -158,7 +158,7 @@ class Hdf5File(RecordingFile):
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._file: h5py.File = _opened(path)
+        self._file: h5py.File = _open_file(path)
         self._known_rows: dict[str, NDArray[np.int64]] = {}
         try:
             _check_format(self._file, path)
@@ -236,7 +236,7 @@ class Hdf5File(RecordingFile):
             else:
                 place = _Place(False, of_pixels, of_pixels + 1)
                 of_pixels += 1
-            yield ImageEntry(_described(row, numbers, levels), place)
+            yield ImageEntry(_describe_row(row, numbers, levels), place)
 
     def _files(self, group: str) -> dict[str, bytes]:
         """Return the content of the files in a group, by name."""
@@ -267,7 +267,7 @@ class Hdf5File(RecordingFile):
         while ROWS + column in self._file:
             begin, end = np.searchsorted(self._rows_of(column), [number, number + 1])
             many = self._file[READINGS + column].attrs.get("rows") == "many"
-            values = _restored(self._read(READINGS + column, int(begin), int(end)))
+            values = _decode_texts(self._read(READINGS + column, int(begin), int(end)))
             if end > begin:
                 return values if many else np.asarray(values[0])
             if many and empty is None:
@@ -283,7 +283,7 @@ class Hdf5File(RecordingFile):
         return self._known_rows[column]
 
 
-def _opened(path: Path) -> h5py.File:
+def _open_file(path: Path) -> h5py.File:
     h5py = import_h5py()
     try:
         return h5py.File(regular(path), "r", locking=False)
@@ -306,7 +306,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
         raise InputError(f"{path} was never finished; convert its recording again")
 
 
-def _described(
+def _describe_row(
     row: int, numbers: Mapping[str, NDArray[Any]], levels: Mapping[str, NDArray[Any]]
 ) -> dict[str, Any]:
     """Return what was written with an image, as :meth:`RecordedImage.described` gave it."""
@@ -320,5 +320,5 @@ def _described(
     return described
 
 
-def _restored(values: NDArray[Any]) -> NDArray[Any]:
+def _decode_texts(values: NDArray[Any]) -> NDArray[Any]:
     return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values

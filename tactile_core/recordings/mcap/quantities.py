@@ -160,7 +160,7 @@ def _map(topic: str, plane: NDArray[Any], time_ns: int) -> QuantityMessage:
     message = schema_class(RAW_IMAGE)(
         width=width, height=height, encoding=encoding, step=len(data) // height, data=data
     )
-    return _sent(topic, RAW_IMAGE, message, time_ns)
+    return _make_message(topic, RAW_IMAGE, message, time_ns)
 
 
 def _relief(height: HeightMap, mm_per_px: float, time_ns: int) -> Iterator[QuantityMessage]:
@@ -175,7 +175,7 @@ def _relief(height: HeightMap, mm_per_px: float, time_ns: int) -> Iterator[Quant
     grid.cell_size.x = grid.cell_size.y = cell_m
     _add_fields(grid, ("height",))
     grid.data = (height.mm / np.float32(1e3)).astype("<f4").tobytes()
-    yield _sent("quantities/height_grid", GRID, grid, time_ns)
+    yield _make_message("quantities/height_grid", GRID, grid, time_ns)
 
     ys, xs = np.mgrid[0:rows:_POINT_STEP_PX, 0:columns:_POINT_STEP_PX]
     heights = height.mm[::_POINT_STEP_PX, ::_POINT_STEP_PX]
@@ -184,7 +184,7 @@ def _relief(height: HeightMap, mm_per_px: float, time_ns: int) -> Iterator[Quant
     cloud = schema_class(POINTS)(point_stride=12, frame_id=FRAME, data=points.tobytes())
     cloud.pose.orientation.w = 1.0
     _add_fields(cloud, ("x", "y", "z"))
-    yield _sent("quantities/height_points", POINTS, cloud, time_ns)
+    yield _make_message("quantities/height_points", POINTS, cloud, time_ns)
 
 
 def _scene(
@@ -212,7 +212,7 @@ def _scene(
             for pair in np.stack([begins[shown], ends[shown]], axis=1).tolist():
                 for x, y in pair:
                     lines.points.add(x=x, y=y)
-    return _sent(f"scene/{name}", SCENE, update, time_ns)
+    return _make_message(f"scene/{name}", SCENE, update, time_ns)
 
 
 def _metres(
@@ -229,7 +229,7 @@ def _add_fields(message: Any, names: tuple[str, ...]) -> None:
         message.fields.add(name=name, offset=4 * number, type=7)  # 7: float32
 
 
-def _sent(topic: str, schema: str, message: Any, time_ns: int) -> QuantityMessage:
+def _make_message(topic: str, schema: str, message: Any, time_ns: int) -> QuantityMessage:
     if hasattr(message, "timestamp"):
         message.timestamp.FromNanoseconds(time_ns)
     if hasattr(message, "frame_id"):

@@ -210,7 +210,7 @@ class McapRecords:
         content = self.read_at(begin, end - begin)
         if named:
             name = header[CHUNK_HEADER.size : CHUNK_HEADER.size + named]
-            content = _decompressed(name, content)
+            content = _decompress_chunk(name, content)
         if len(content) != plain_bytes or zlib.crc32(content) != checksum:
             return None
         return (at, 0, memoryview(content)) if named else (-1, begin, memoryview(content))
@@ -292,7 +292,7 @@ def _is_attachment(header: bytes, length: int) -> bool:
     return at + 8 <= len(header) and length == at + 8 + stored + 4 <= _MOST_BYTES
 
 
-def _decompressed(compression: bytes, data: bytes) -> bytes:
+def _decompress_chunk(compression: bytes, data: bytes) -> bytes:
     """Return the content of a chunk; nothing if it is damaged."""
     try:
         if compression == b"lz4":

@@ -57,20 +57,20 @@ def make_indenter(
     InputError
         Unknown kind or option, a missing option, or an invalid size.
     """
-    made: Indenter = _made("indenter", KINDS, kind, options)
+    made: Indenter = _make_shape("indenter", KINDS, kind, options)
     if texture is not None:
         if not isinstance(texture, Mapping) or not isinstance(texture.get("kind"), str):
             raise InputError(f"a texture needs its kind: {', '.join(TEXTURES)}")
         sizes = {name: value for name, value in texture.items() if name != "kind"}
-        made = Textured(made, _made("texture", TEXTURES, texture["kind"], sizes))
+        made = Textured(made, _make_shape("texture", TEXTURES, texture["kind"], sizes))
     if soft is not None:
         if not isinstance(soft, Mapping):
             raise InputError("a soft object needs shear_modulus_mpa and thickness_mm")
-        made = Soft(made, _made("layer", {"soft object": Softness}, "soft object", soft))
+        made = Soft(made, _make_shape("layer", {"soft object": Softness}, "soft object", soft))
     return made
 
 
-def _made(
+def _make_shape(
     what: str, kinds: Mapping[str, Callable[..., Any]], kind: str, options: Mapping[str, Any]
 ) -> Any:
     if kind not in kinds:

@@ -126,7 +126,7 @@ class Chip:
         """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
         if self.jpeg_quality is None:
             return pixels
-        return _compressed(pixels, self.jpeg_quality).reshape(pixels.shape)
+        return _compress_pixels(pixels, self.jpeg_quality).reshape(pixels.shape)
 
     def _coded(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
         if self.gamma == 1 and self.bit_depth > 8:
@@ -183,20 +183,20 @@ class Noise:
         self._size = size
         self._seed = seed
         rng = np.random.default_rng([seed, 1])
-        self._table = _drawn(CAMERA.table_frames * size, rng) if from_table else None
+        self._table = _draw_steps(CAMERA.table_frames * size, rng) if from_table else None
 
     def of(self, frame: int, exposure: int) -> Numbers:
         """Return the samples of one exposure of one frame."""
         rng = np.random.default_rng([self._seed, 2, frame, exposure])
         scale = 1 / CAMERA.steps_per_sigma
         if self._table is None:
-            return Numbers(_drawn(self._size, rng), scale)
+            return Numbers(_draw_steps(self._size, rng), scale)
         start = int(rng.integers(0, self._table.size - self._size + 1))
         steps = self._table[start : start + self._size]
         return Numbers(steps, scale if rng.integers(2) else -scale)
 
 
-def _drawn(count: int, rng: np.random.Generator) -> NDArray[np.int8]:
+def _draw_steps(count: int, rng: np.random.Generator) -> NDArray[np.int8]:
     samples = rng.standard_normal(count, np.float32)
     samples *= np.float32(CAMERA.steps_per_sigma)
     most = np.iinfo(np.int8).max
@@ -221,7 +221,7 @@ def vignette(shape: tuple[int, int], loss: float) -> Float32:
     return np.asarray(1 - loss * (x + y[:, None]) / 2, np.float32)
 
 
-def _compressed(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
+def _compress_pixels(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
     colour = pixels.ndim == COLOUR and pixels.shape[2] == COLOUR
     swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
     _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])

@@ -157,7 +157,7 @@ def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[Led
     general = profile.optics.lights.model_dump()
     default_mm = LIGHTS.default_distance * diagonal_mm
     led_arrays = []
-    for light in _placed(illumination):
+    for light in _place_lights(illumination):
         build = LightBuild.model_validate(general | light.build.model_dump(exclude_unset=True))
         led_arrays.append(
             LedArray(
@@ -172,7 +172,7 @@ def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[Led
     return tuple(led_arrays)
 
 
-def _placed(illumination: Illumination) -> tuple[Light, ...]:
+def _place_lights(illumination: Illumination) -> tuple[Light, ...]:
     exposures, lights = exposures_of(illumination), lights_of(illumination)
     names = list(dict.fromkeys(name for exposure in exposures for name in exposure.levels))
     if lights and {light.name for light in lights} >= set(names):

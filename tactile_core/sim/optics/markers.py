@@ -92,7 +92,7 @@ class MarkerPrint:
         if look.jitter_mm:
             rng = np.random.default_rng([seed, 12])
             centres = centres + rng.normal(0, look.jitter_mm / image.mm_per_px, centres.shape)
-        centres = _mounted(centres, profile)
+        centres = _mount_print(centres, profile)
         worn = faults.worn(len(centres), seed)
         joined = faults.joined(centres, seed)
         return cls(centres, angles, size, look.shape, worn, joined)
@@ -201,7 +201,7 @@ class MarkerPrint:
         return np.asarray(reach - np.float32(self.size_px / (2 * np.sqrt(3))))
 
 
-def _mounted(centres_px: Float64, profile: SensorBuild) -> Float64:
+def _mount_print(centres_px: Float64, profile: SensorBuild) -> Float64:
     """Rotate the print about the image centre, and shift it."""
     image, look = profile.image, profile.optics.markers
     middle = (np.array([image.width_px, image.height_px]) - 1) / 2

@@ -150,13 +150,13 @@ def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Sha
     )
     if part is None:
         return None
-    hidden = _hidden(lights, marches, low, part)
+    hidden = _hidden_share(lights, marches, low, part)
     if hidden.max() <= 0:
         return None
-    return _enlarged(np.minimum(hidden, 1), part, low.shape, shape)
+    return _enlarge_part(np.minimum(hidden, 1), part, low.shape, shape)
 
 
-def _hidden(
+def _hidden_share(
     lights: Sequence[Shadows],
     marches: Sequence[tuple[int, float]],
     low: Float32,
@@ -212,7 +212,7 @@ def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, sl
     return sides[0], sides[1]
 
 
-def _enlarged(
+def _enlarge_part(
     hidden: Float32, part: tuple[slice, slice], small: tuple[int, int], shape: tuple[int, int]
 ) -> Shade:
     """Interpolate a part of the reduced grid between its columns; rows follow when needed."""

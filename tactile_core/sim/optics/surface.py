@@ -61,7 +61,7 @@ class Surface:
             height = self.relief_mm
             relief_mm = float(height.max() - height.min())
             casts = relief_mm >= SURFACE.min_shadow_relief_mm
-            self._reduced[size] = _averaged(height, size) if casts else None
+            self._reduced[size] = _average_pixels(height, size) if casts else None
         return self._reduced[size]
 
     def normals(self, rows: slice) -> Float32:
@@ -178,7 +178,7 @@ def _plane(textures: Float32, number: int) -> Float32:
     return textures[number // 4, ..., number % 4]
 
 
-def _averaged(values: Float32, size: tuple[int, int]) -> Float32:
+def _average_pixels(values: Float32, size: tuple[int, int]) -> Float32:
     """Means over the pixels of a coarser grid of this many columns and rows."""
     down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
     return across.along(down.times(values))

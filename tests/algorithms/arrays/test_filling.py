@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.filling import filled, filled_together
+from tactile_core.algorithms.arrays.filling import fill_unknown, filled_together
 
 Array = NDArray[Any]
 
@@ -30,7 +30,7 @@ def test_known_pixels_are_kept_and_the_others_are_between_them(
     known = rng.random(shape) < share
     known.flat[rng.integers(known.size)] = True
     spoilt: Array = np.where(known, image, 1e6).astype(dtype)
-    result = filled(spoilt, known)
+    result = fill_unknown(spoilt, known)
     assert result.dtype == dtype
     assert np.array_equal(result[known], image[known])
     assert result.min() >= image[known].min() - 1e-5
@@ -41,7 +41,7 @@ def test_holes_in_a_slope_are_bridged() -> None:
     y, x = np.mgrid[:90, :130].astype(np.float32)
     ramp = 0.02 * x - 0.01 * y
     known = np.hypot(x % 30 - 15, y % 30 - 15) > 5
-    assert filled(np.where(known, ramp, 9), known) == pytest.approx(ramp, abs=0.05)
+    assert fill_unknown(np.where(known, ramp, 9), known) == pytest.approx(ramp, abs=0.05)
 
 
 def test_images_filled_together_equal_images_filled_one_by_one() -> None:
@@ -49,4 +49,4 @@ def test_images_filled_together_equal_images_filled_one_by_one() -> None:
     images = list(rng.standard_normal((2, 33, 47)))
     known = rng.random((33, 47)) > 0.6
     for one, both in zip(images, filled_together(images, known), strict=True):
-        assert np.array_equal(filled(one, known), both)
+        assert np.array_equal(fill_unknown(one, known), both)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.shrinking import repeated, shrunk
+from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.drift import channel_gains
 from tactile_core.algorithms.photometric import fill_markers
 
@@ -18,10 +18,10 @@ def test_channels_are_shrunk_independently_and_keep_their_mean(
     channels: int, size_px: tuple[int, int]
 ) -> None:
     image = np.random.default_rng(channels).uniform(0, 255, (25, 31, channels)).astype(np.float32)
-    small = shrunk(image, size_px)
+    small = shrink_image(image, size_px)
     assert small.shape == (size_px[1], size_px[0], channels)
     np.testing.assert_allclose(small.mean(axis=(0, 1)), image.mean(axis=(0, 1)), rtol=1e-3)
-    np.testing.assert_allclose(small[..., -1], shrunk(image[..., -1], size_px), rtol=1e-5)
+    np.testing.assert_allclose(small[..., -1], shrink_image(image[..., -1], size_px), rtol=1e-5)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
@@ -48,19 +48,19 @@ def test_each_pixel_is_the_mean_of_the_pixels_it_covers(
 ) -> None:
     image = np.random.default_rng(times).uniform(-1, 1, (height * times, width * times, 2))
     squares = image.reshape(height, times, width, times, 2)
-    small = shrunk(image.astype(np.float32), (width, height))
+    small = shrink_image(image.astype(np.float32), (width, height))
     assert small == pytest.approx(squares.mean(axis=(1, 3)), abs=1e-6)
 
 
 @given(rows=st.integers(1, 9), columns=st.integers(1, 9), times=st.integers(1, 5))
 def test_a_mask_is_enlarged_pixel_by_pixel(rows: int, columns: int, times: int) -> None:
     mask = np.random.default_rng(rows).integers(0, 2, (rows, columns)).astype(np.uint8)
-    large = repeated(mask, (rows * times, columns * times))
+    large = repeat_pixels(mask, (rows * times, columns * times))
     np.testing.assert_array_equal(large, np.kron(mask, np.ones((times, times), np.uint8)))
 
 
 def test_a_mask_is_enlarged_to_any_size() -> None:
     mask = np.array([[0, 1], [1, 0]], np.uint8)
-    large = repeated(mask, (5, 7))
+    large = repeat_pixels(mask, (5, 7))
     assert large.shape == (5, 7)
     assert (large[0, 0], large[0, -1], large[-1, 0], large[-1, -1]) == (0, 1, 1, 0)

@@ -14,7 +14,7 @@ from tactile_core.algorithms.slip.recent_fields import (
     as_complex,
     coarse,
     positions_mm,
-    since,
+    displacement_since,
     strain,
     stride_of,
 )
@@ -109,7 +109,7 @@ def test_since_compares_the_same_surface_points() -> None:
         surface = PLACE - shift - of_gel(surface)
     now = (shift + of_gel(surface)).astype(np.complex64)
     inside = np.s_[8:-8, 8:-8]
-    moved = since(now, before, SPACING_MM)
+    moved = displacement_since(now, before, SPACING_MM)
     np.testing.assert_allclose(moved[inside], np.full_like(moved[inside], shift), atol=2e-3)
 
 

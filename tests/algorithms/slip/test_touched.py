@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.filling import steepness
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
-    covered,
+    mask_squares,
     light_change,
     small_image,
 )
@@ -72,14 +72,14 @@ def test_neither_noise_nor_moved_markers_are_a_contact() -> None:
     now[5::10, 5::10] -= 0.3
     now[5::10, 6::10] += 0.3
     markers = np.stack(np.meshgrid(np.arange(5, 80, 10), np.arange(5, 60, 10)), -1).reshape(-1, 2)
-    hidden = covered(markers, 1.0, SHAPE)
+    hidden = mask_squares(markers, 1.0, SHAPE)
     assert not contact_within_ring(light_change(now, REST, hidden), min_steepness=0.02).any()
 
 
 def test_hidden_markers_do_not_break_the_ring() -> None:
     change = 0.1 * (np.abs(RADIUS - 14) < 1.5)[..., None].astype(np.float32)
     markers = np.stack(np.meshgrid(np.arange(2, 80, 5), np.arange(2, 60, 5)), -1).reshape(-1, 2)
-    hidden = covered(markers, 1.0, SHAPE)
+    hidden = mask_squares(markers, 1.0, SHAPE)
     seen = light_change(REST + change, REST, NOT_HIDDEN)
     between = light_change(REST + change, REST, hidden)
     assert (
@@ -92,8 +92,8 @@ def test_hidden_markers_do_not_break_the_ring() -> None:
 
 
 def test_points_outside_the_view_cover_nothing() -> None:
-    assert not covered(np.array([[-4.0, 3.0], [90.0, 3.0], [3.0, 66.0]]), 1.0, SHAPE).any()
-    assert covered(np.array([[3.0, 4.0]]), 1.0, SHAPE).sum() == pytest.approx(9)
+    assert not mask_squares(np.array([[-4.0, 3.0], [90.0, 3.0], [3.0, 66.0]]), 1.0, SHAPE).any()
+    assert mask_squares(np.array([[3.0, 4.0]]), 1.0, SHAPE).sum() == pytest.approx(9)
 
 
 def test_the_gel_that_is_sheared_furthest_is_in_contact() -> None:

@@ -8,7 +8,7 @@ import pytest
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
-from tactile_core.algorithms.slip.wide_contact import fills_view, smoothed, smoothed_std_mm
+from tactile_core.algorithms.slip.wide_contact import fills_view, smooth_displacement, smoothed_std_mm
 
 SPACING_MM, SHAPE = 0.22, (60, 80)
 PLACE = positions_mm(SHAPE, SPACING_MM)
@@ -56,12 +56,12 @@ def test_a_surface_that_stops_at_once_while_it_lags_slips() -> None:
 def test_a_slow_bend_survives_smoothing_and_noise_does_not() -> None:
     at = PLACE.ravel()[::7].astype(np.complex64)
     bend = (0.1 + 0.02 * at.real + 0.003j * at.imag**2).astype(np.complex64)
-    assert smoothed(bend, at) == pytest.approx(bend, abs=1e-5)
+    assert smooth_displacement(bend, at) == pytest.approx(bend, abs=1e-5)
     rng = np.random.default_rng(1)
     noise = (rng.normal(0, 0.01, at.shape) + 1j * rng.normal(0, 0.01, at.shape)).astype(
         np.complex64
     )
-    left = smoothed(bend + noise, at) - bend
+    left = smooth_displacement(bend + noise, at) - bend
     assert np.sqrt(np.mean(left.real**2)) < 2 * 0.01 * np.sqrt(10 / len(at))
 
 

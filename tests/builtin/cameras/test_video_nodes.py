@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from support.sysfs import Sysfs
 
-from tactile_core.builtin.cameras.video_nodes import selected, video_nodes
+from tactile_core.builtin.cameras.video_nodes import select_node, video_nodes
 from tactile_core.errors import DeviceError
 
 
@@ -53,18 +53,18 @@ def test_a_system_without_video_has_no_cameras(tmp_path: Path) -> None:
 def test_each_property_selects_a_camera(sysfs: Sysfs, wanted: dict[str, str]) -> None:
     sysfs.plug("1-1", serial="A")
     path, _ = sysfs.plug("1-2", "0c45:636d", "GelSight Mini R0B", "B")
-    assert selected(video_nodes(sysfs.root), **wanted).path == path
+    assert select_node(video_nodes(sysfs.root), **wanted).path == path
 
 
 def test_the_only_camera_needs_no_properties(sysfs: Sysfs) -> None:
     path, _ = sysfs.plug()
-    assert selected(video_nodes(sysfs.root)).path == path
+    assert select_node(video_nodes(sysfs.root)).path == path
 
 
 def test_another_serial_is_an_error_that_lists_what_is_connected(sysfs: Sysfs) -> None:
     sysfs.plug("1-1", serial="A")
     with pytest.raises(DeviceError, match=r"no connected camera has serial B; connected are .*A, "):
-        selected(video_nodes(sysfs.root), serial="B")
+        select_node(video_nodes(sysfs.root), serial="B")
 
 
 def test_two_of_a_kind_are_an_error_that_lists_them(sysfs: Sysfs) -> None:
@@ -72,25 +72,25 @@ def test_two_of_a_kind_are_an_error_that_lists_them(sysfs: Sysfs) -> None:
     sysfs.plug("1-2", serial="B")
     message = r"2 cameras match usb_id 046d:081b: .*serial A.*serial B.*; write 'serial' in"
     with pytest.raises(DeviceError, match=message):
-        selected(video_nodes(sysfs.root), usb_id="046d:081b")
+        select_node(video_nodes(sysfs.root), usb_id="046d:081b")
 
 
 def test_two_of_a_kind_without_serials_are_distinguished_by_port(sysfs: Sysfs) -> None:
     for port in ("1-1", "1-2"):
         sysfs.plug(port)
     with pytest.raises(DeviceError, match=r"no serial, port 1-1\).*write 'port' in 'camera'"):
-        selected(video_nodes(sysfs.root))
-    assert selected(video_nodes(sysfs.root), port="1-2").port == "1-2"
+        select_node(video_nodes(sysfs.root))
+    assert select_node(video_nodes(sysfs.root), port="1-2").port == "1-2"
 
 
 def test_without_any_camera_the_error_says_what_was_wanted() -> None:
     with pytest.raises(DeviceError, match=r"no USB camera is connected \(wanted: serial 7\)"):
-        selected([], serial="7")
+        select_node([], serial="7")
 
 
 def test_of_two_streams_of_one_device_the_message_names_what_chooses_one(sysfs: Sysfs) -> None:
     first, second = sysfs.plug("1-2", serial="B", nodes=1, streams=2)
     with pytest.raises(DeviceError, match=r"port 1-2:1\.0.*port 1-2:1\.2.*write 'port' in"):
-        selected(video_nodes(sysfs.root), port="1-2")
-    found = [selected(video_nodes(sysfs.root), port=f"1-2:1.{n}").path for n in (0, 2)]
+        select_node(video_nodes(sysfs.root), port="1-2")
+    found = [select_node(video_nodes(sysfs.root), port=f"1-2:1.{n}").path for n in (0, 2)]
     assert found == [first, second]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.calibration.force.fitting import aligned
+from tactile_core.calibration.force.fitting import align_forces
 from tactile_core.interfaces.force_calibration import ForceSamples
 from tactile_core.quantities import Wrench
 
@@ -31,7 +31,7 @@ def sequences(*, turned: bool, measured: int = 4) -> tuple[list[ForceSamples], l
 
 def test_forces_of_a_turned_cell_become_those_of_the_image() -> None:
     given, true = sequences(turned=True)
-    found = aligned(given, NAMES)
+    found = align_forces(given, NAMES)
     assert found.rotation is not None
     assert abs(found.rotation.degrees) == pytest.approx(90)
     assert found.offset is not None
@@ -42,12 +42,12 @@ def test_forces_of_a_turned_cell_become_those_of_the_image() -> None:
 
 def test_forces_of_a_cell_in_place_stay() -> None:
     given, true = sequences(turned=False)
-    for one, force in zip(aligned(given, NAMES).sequences, true, strict=True):
+    for one, force in zip(align_forces(given, NAMES).sequences, true, strict=True):
         assert one.forces == pytest.approx(force, abs=1e-6)
 
 
 def test_without_torque_only_the_rotation_is_found() -> None:
-    found = aligned(sequences(turned=True, measured=3)[0], NAMES)
+    found = align_forces(sequences(turned=True, measured=3)[0], NAMES)
     assert found.rotation is not None
     assert found.offset is None
 
@@ -55,7 +55,7 @@ def test_without_torque_only_the_rotation_is_found() -> None:
 @pytest.mark.parametrize(("names", "measured"), [((), 4), (("a", "b", "c"), 4), (NAMES, 1)])
 def test_what_is_not_known_is_not_turned(names: tuple[str, ...], measured: int) -> None:
     given = sequences(turned=True, measured=measured)[0]
-    found = aligned(given, names)
+    found = align_forces(given, names)
     assert found.rotation is None
     assert found.offset is None
     for one, before in zip(found.sequences, given, strict=True):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.evaluation.force_training.training import (
-    covered,
+    covered_share,
     fitted_std,
     force_score,
     force_scores,
@@ -46,7 +46,7 @@ def test_standard_deviations_are_those_of_the_errors() -> None:
     spread = np.hypot(floor, 0.05 * true[:, 2:3])
     found = true + spread * rng.normal(size=true.shape)
     std = fitted_std(found, true)
-    assert covered(found, true, std) == pytest.approx([0.683] * 4, abs=0.03)
+    assert covered_share(found, true, std) == pytest.approx([0.683] * 4, abs=0.03)
     for least in (0, 5, 10, 15):
         these = (true[:, 2] > least) & (true[:, 2] < least + 5)
-        assert covered(found[these], true[these], std) == pytest.approx([0.683] * 4, abs=0.08)
+        assert covered_share(found[these], true[these], std) == pytest.approx([0.683] * 4, abs=0.08)

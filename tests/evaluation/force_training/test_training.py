@@ -88,7 +88,7 @@ def test_a_recording_with_forces_is_trained_on(tmp_path: Path) -> None:
 
 def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra train")
-    from tactile_core.builtin.networks.manifest import loaded
+    from tactile_core.builtin.networks.manifest import load_network
     from tactile_core.evaluation.force_training.export import onnx_bytes
     from tactile_core.evaluation.force_training.networks import LoadMap
 
@@ -97,7 +97,7 @@ def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
     planes = np.random.default_rng(0).normal(size=(1, 6, 120, 160)).astype(np.float32)
     with torch.no_grad():
         expected = made(torch.from_numpy(planes)).numpy()[0]
-    network = loaded(onnx_bytes(made, 6, (160, 120)), "force.onnx", "opencv")
+    network = load_network(onnx_bytes(made, 6, (160, 120)), "force.onnx", "opencv")
     assert network.run(planes) == pytest.approx(expected, rel=1e-3, abs=1e-3)
     assert FIRST_UNSEEN > FIRST_UNIT
 

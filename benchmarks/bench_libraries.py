@@ -133,7 +133,11 @@ def gaps() -> Iterator[Row]:
         return np.asarray(restoration.inpaint_biharmonic(image, hidden, split_into_regions=True))
 
     yield "gaps: multigrid | inpaint_biharmonic", lambda: fill_unknown(image, ~hidden), by_skimage
-    yield "gaps: multigrid | LinearNDInterpolator", lambda: fill_unknown(image, ~hidden), by_triangles
+    yield (
+        "gaps: multigrid | LinearNDInterpolator",
+        lambda: fill_unknown(image, ~hidden),
+        by_triangles,
+    )
     yield (
         "markers: local mean | cv2.inpaint",
         lambda: fill_markers(image[..., None], hidden, 27)[..., 0],
@@ -159,7 +163,7 @@ def samples() -> Iterator[Row]:
 
 def fields() -> Iterator[Row]:
     """Displacement of a gel surface with markers."""
-    field, grid = 0.1 * smooth(40, 2), CoarseGrid.of(SHAPE, 7.5)
+    field, grid = 0.1 * smooth(40, 2), CoarseGrid.for_image(SHAPE, 7.5)
     coarse, at = field[: grid.shape[0], : grid.shape[1]].copy(), grid.nodes + np.float32(0.37)
     here = np.indices(SHAPE)[::-1].reshape(2, -1).T.astype(float)
     markers = np.argwhere(np.ones((24, 18))) * 1.4
@@ -182,7 +186,11 @@ def fields() -> Iterator[Row]:
         lambda: decomposed(field, mm_per_px=1.0).rotation_deg,
         rotation,
     )
-    yield "field at points: cv2.remap | map_coordinates", lambda: grid.sampled(coarse, at), mapped
+    yield (
+        "field at points: cv2.remap | map_coordinates",
+        lambda: grid.sample_planes(coarse, at),
+        mapped,
+    )
     yield (
         "field from markers: weights kept | RBFInterpolator",
         lambda: kriging.field(values),
@@ -242,7 +250,7 @@ def fits() -> Iterator[Row]:
         return np.asarray(np.linalg.lstsq(np.concatenate([a, ridge]), right, rcond=None)[0])
 
     def by_light() -> tuple[float, float, float]:
-        (circle,) = find_circles([Start.of(image, 40.0)])
+        (circle,) = find_circles([Start.from_image(image, 40.0)])
         return *circle.centre_px, circle.contact_radius_px
 
     def by_edge() -> tuple[float, float, float]:

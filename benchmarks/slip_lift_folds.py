@@ -59,7 +59,7 @@ def lifts(folder: Path, step: int) -> Iterator[Lift]:
                     continue
                 pixels, markers = reading.frame.pixels, reading[MarkerField]
                 if not trackers:
-                    found = MarkerFinder.of(sensor.profile)
+                    found = MarkerFinder.for_gel(sensor.profile)
                     assert found is not None
                     given = pixels, markers.px, found.diameter_px, markers.mm_per_px
                     trackers = [ImprintTracker(*given, change_per_mm=k) for k in TRIED]

@@ -96,7 +96,7 @@ def halves(data: Path, chosen: Presses) -> str:
     files = sorted(folder.glob(chosen.pattern))
     frames = [frame for file in files for frame in read_frames(profile, file)]
     reference, _ = undeformed_sensor(profile, frames, folder / chosen.reference, None)
-    condition = Conditioning.of(profile, reference, compensates=True)
+    condition = Conditioning.for_build(profile, reference, compensates=True)
     assert condition.reference is not None
     ball_px = chosen.ball_mm / 2 / profile.image.mm_per_px
     ready = [condition(frame) for frame in frames]

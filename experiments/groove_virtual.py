@@ -129,7 +129,7 @@ def ratios(rig: str, seed: int, shallow: bool, grooves: int = 3) -> list[float]:
 def _height(model: Calibration, frame: Frame, reference: Reference) -> Array:
     slopes = model.measure(frame, reference)
     assert isinstance(slopes, Gradients)
-    return Measured.of(slopes).height_mm
+    return Measured.from_quantity(slopes).height_mm
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ def examined(presses: Presses, folder: Path) -> None:
         sensor.read()
         reference = sensor.pipeline.reference
     assert reference is not None
-    examiner = Examiner(Bench.of(profile, reference, presses.ball_mm))
+    examiner = Examiner(Bench.for_sensor(profile, reference, presses.ball_mm))
     reasons: Counter[str] = Counter()
     paths = sorted(folder.glob(presses.pattern))
     for path in paths:

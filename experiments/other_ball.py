@@ -91,7 +91,7 @@ def measured(
     for press in presses:
         slopes = model.measure(press.frame, reference)
         assert isinstance(slopes, Gradients)
-        height_mm = Measured.of(slopes).height_mm
+        height_mm = Measured.from_quantity(slopes).height_mm
         height = HeightMap(height_mm, slopes.valid, slopes.mm_per_px)
         degrees.append(press.normal_errors_deg(slopes).mean())
         ratios.append(radius_px(height, press) / press.ball_radius_px)

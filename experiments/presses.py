@@ -82,7 +82,7 @@ def half(
         )
         press = relocate_press(start, light)
         slopes = reading[Gradients]
-        *_, true = press.true_gradients(press.scored())
+        *_, true = press.true_gradients(press.scored_area())
         errors.append(press.normal_errors_deg(slopes))
         flat.append(angles_deg(np.zeros_like(true), true))
         spheres.append(radius_px(reading[HeightMap], press) / press.ball_radius_px)

@@ -153,7 +153,7 @@ def unit_of(
     rng = np.random.default_rng([seed, 7])
     section = profile.image
     shape = section.height_px, section.width_px
-    elastomer = SoftGel.of(profile.gel).elastomer
+    elastomer = SoftGel.from_gel(profile.gel).elastomer
 
     def frame(height_mm: Array, number: int) -> Frame:
         pixels = expose(height_mm, number)
@@ -162,7 +162,7 @@ def unit_of(
 
     flat = frame(np.zeros(shape), 10_000)
     given = Reference(flat.pixels.astype(np.float32), flat.channels, flat.full_scale)
-    condition = Conditioning.of(profile, given, compensates=False)
+    condition = Conditioning.for_build(profile, given, compensates=False)
     assert condition.reference is not None
 
     def exposed(height_mm: Array, number: int) -> Frame:

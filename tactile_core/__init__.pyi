@@ -15,6 +15,7 @@ from .errors import InputError as InputError
 from .errors import PluginError as PluginError
 from .errors import ProfileError as ProfileError
 from .errors import TactileError as TactileError
+from .interfaces.artefact import Artefact as Artefact
 from .interfaces.calibration import Calibration as Calibration
 from .interfaces.calibrator import Calibrator as Calibrator
 from .interfaces.calibrator import Press as Press
@@ -32,7 +33,6 @@ from .interfaces.illumination import Illumination as Illumination
 from .interfaces.illumination import Light as Light
 from .interfaces.light_driver import LightDriver as LightDriver
 from .interfaces.reading import Reading as Reading
-from .interfaces.section import Artefact as Artefact
 from .interfaces.sink import Session as Session
 from .interfaces.sink import Sink as Sink
 from .interfaces.slope_models.samples import SlopeOptions as SlopeOptions

@@ -46,11 +46,10 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "The reference, the drift of the lights, and the pixels that can be measured.",
         (
             "appearance",
-            "background",
+            "photometric",
             "drift",
             "levels",
             "light_change",
-            "lit_area",
             "rest_area",
             "sequence",
             "validity",
@@ -60,7 +59,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "contact": (
         "Contact and surface shape",
         "The contact area, and the undeformed surface that heights refer to.",
-        ("contact", "contact_rim", "dome", "levelling", "rest_surface"),
+        ("contact", "dome", "levelling", "rest_surface"),
     ),
     "circles": (
         "Ball contacts",
@@ -79,11 +78,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Centre and radius of one contact, and their uncertainty.",
         (
             "circles.press_fit",
-            "circles.symmetry",
             "circles.centre",
-            "circles.mixing",
-            "circles.profile",
-            "circles.shape",
             "circles.border",
         ),
     ),
@@ -113,21 +108,16 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Stick, incipient slip and gross slip, from the displacement field and all other evidence.",
         (
             "slip.touched",
-            "slip.slipped_share",
             "slip.cues",
-            "slip.fusion",
             "slip.state",
-            "slip.friction",
         ),
     ),
     "slip-shear": (
         "Shear of a contact",
         "The motion of a contact in the displacement field, and the share of it that sticks.",
         (
-            "slip.plane",
-            "slip.stick_region",
-            "slip.contact_motion",
             "slip.recent_fields",
+            "slip.stick_region",
             "slip.sheared_contact",
             "slip.wide_contact",
             "entropy",
@@ -139,9 +129,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         (
             "slip.surface_view",
             "slip.imprint",
-            "slip.still_noise",
             "slip.imprint_tracker",
-            "slip.release",
             "slip.marker_lattice",
             "slip.contact_loss",
         ),
@@ -149,7 +137,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "arrays": (
         "Array helpers",
         "Filters, regression, sampling, and images as the input of networks.",
-        ("arrays", "network_planes"),
+        ("arrays", "network"),
     ),
 }
 """Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.

@@ -61,9 +61,9 @@ def twisted(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
     """Distance from the middle, mm, and rotation of the gel surface relative to the plate's."""
     surface = pressed("plate")
     markers = np.stack([np.linspace(0.6, 8.6, 60), np.zeros(60)], 1)
-    before = surface.carried(markers)
+    before = surface.carry_points(markers)
     surface.twist(angle_deg, steps=12)
-    now = surface.carried(markers)
+    now = surface.carry_points(markers)
     angles = np.arctan2(now[:, 1], now[:, 0]) - np.arctan2(before[:, 1], before[:, 0])
     return markers[:, 0], np.degrees(angles) / angle_deg
 

@@ -173,7 +173,7 @@ class Acquisition:
         if self._trigger is None:
             self.arm()
         try:
-            images = self._in_order(self._taken(timeout_s))
+            images = self._in_order(self._take_images(timeout_s))
         except BaseException:
             self._trigger = None  # the next observation starts again at the first exposure
             raise
@@ -189,13 +189,13 @@ class Acquisition:
         while (frame := self.observe()) is not None:
             yield frame
 
-    def _taken(self, timeout_s: float) -> list[Image]:
+    def _take_images(self, timeout_s: float) -> list[Image]:
         """Return the images of one observation as they arrive; none at a recording's end."""
         images: list[Image] = []
         following = (*self._exposures[1:], self._exposures[0])
         for exposure, then in zip(self._exposures, following, strict=True):
             self._light(exposure)
-            image = self._exposed(exposure, then, timeout_s)
+            image = self._take_exposure(exposure, then, timeout_s)
             if image is None:
                 if images:
                     raise CameraLost("the recording ended in the middle of a sequence of lights")
@@ -249,7 +249,7 @@ class Acquisition:
         self._settled_s = self._clock.now()
         self._shining = levels
 
-    def _exposed(self, exposure: Exposure, then: Exposure, timeout_s: float) -> Image | None:
+    def _take_exposure(self, exposure: Exposure, then: Exposure, timeout_s: float) -> Image | None:
         """Return the image of an exposure; if possible, switch the lights for the next one."""
         if self._own_settings:
             with blame(CAMERA, self._camera):

@@ -59,11 +59,11 @@ class ImageGeometry:
             The image's bit depth or colour differs from the profile, or the crop is larger than
             the image.
         """
-        pixels = self._turned(self._cropped(self._checked(pixels)))
+        pixels = self._turn_pixels(self._crop_pixels(self._check_pixels(pixels)))
         if self._section.lens is not None or self._homography is not None:
-            pixels = self._remapped(np.ascontiguousarray(pixels))
+            pixels = self._remap_pixels(np.ascontiguousarray(pixels))
         if _size(pixels) != self.size_px:
-            pixels = self._resized(np.ascontiguousarray(pixels))
+            pixels = self._resize_pixels(np.ascontiguousarray(pixels))
         return np.ascontiguousarray(pixels)
 
     def map_points(self, xy: ArrayLike, camera_size_px: Size | None = None) -> NDArray[np.float64]:
@@ -147,7 +147,7 @@ class ImageGeometry:
             width, height = height, width
         return self.size_px[0] * height / (width * self.size_px[1])
 
-    def _checked(self, pixels: Pixels) -> Pixels:
+    def _check_pixels(self, pixels: Pixels) -> Pixels:
         section = self._section
         wanted = np.uint8 if section.bit_depth == 8 else np.uint16
         wrong = _no_image(pixels)
@@ -181,7 +181,7 @@ class ImageGeometry:
             )
         return pixels
 
-    def _cropped(self, pixels: Pixels) -> Pixels:
+    def _crop_pixels(self, pixels: Pixels) -> Pixels:
         crop = self._section.crop
         if crop is None:
             return pixels
@@ -193,7 +193,7 @@ class ImageGeometry:
             )
         return pixels[y : y + height, x : x + width]
 
-    def _turned(self, pixels: Pixels) -> Pixels:
+    def _turn_pixels(self, pixels: Pixels) -> Pixels:
         section = self._section
         if section.flip == "none" and section.rotate_deg == 0:
             return pixels
@@ -223,7 +223,7 @@ class ImageGeometry:
         width, height = self.size_px
         return (height, width) if self._section.rotate_deg % 180 else (width, height)
 
-    def _resized(self, pixels: Pixels) -> Pixels:
+    def _resize_pixels(self, pixels: Pixels) -> Pixels:
         import cv2
 
         width, height = _size(pixels)
@@ -231,7 +231,7 @@ class ImageGeometry:
         method = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
         return np.asarray(cv2.resize(pixels, self.size_px, interpolation=method))
 
-    def _remapped(self, pixels: Pixels) -> Pixels:
+    def _remap_pixels(self, pixels: Pixels) -> Pixels:
         """Apply lens and warp in one interpolation; two would blur twice."""
         import cv2
 

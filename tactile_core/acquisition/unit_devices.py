@@ -187,7 +187,7 @@ def claim_device(unit: str, device: str) -> tuple[ListedDevice, ...]:
             alike = ", ".join(str(one.device) for one in same.values())
             raise InputError(f"{device!r} names several devices: {alike}; name one by its port")
         for one in same.values():
-            claims = claims.given(unit, kind, _claim(one.device, device))
+            claims = claims.give_device(unit, kind, _claim(one.device, device))
             chosen.append(one)
     write_claims(claims)
     return tuple(chosen)
@@ -204,13 +204,13 @@ def forget_devices(unit: str) -> Mapping[DeviceKind, Claim]:
         The claims cannot be written.
     """
     claims = read_claims()
-    held = claims.of(unit)
+    held = claims.devices_of(unit)
     if not held:
         raise InputError(
             f"the unit {unit!r} has claimed no device; those with claims are: "
             f"{', '.join(claims.units) or 'none'}"
         )
-    write_claims(claims.without(unit))
+    write_claims(claims.remove_unit(unit))
     return held
 
 
@@ -230,7 +230,7 @@ def with_unit_devices(profile: Profile, unit: str) -> Profile:
     if not camera.live:
         return profile
     claims = read_claims()
-    held = claims.of(unit)
+    held = claims.devices_of(unit)
     update: dict[str, Any] = {}
     if "camera" in held:
         update["camera"] = _choose_claimed(profile.camera, camera, held["camera"], unit)
@@ -261,7 +261,9 @@ def _choose_claimed(component: Component, cls: type[Device], claim: Claim, unit:
     return Component.model_validate({"use": component.use, **kept, **chosen})
 
 
-def _choose_unclaimed(component: Component, cls: type[Device], claims: Claims, unit: str) -> Component:
+def _choose_unclaimed(
+    component: Component, cls: type[Device], claims: Claims, unit: str
+) -> Component:
     """Choose a camera for a unit that has claimed none."""
     if not cls.selectors:
         return component

@@ -204,9 +204,9 @@ class Appearance:
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:
         """Every mistake that has a look of its own."""
-        found = [*self._moved(), *self._recoloured()]
+        found = [*self._move_camera(), *self._recolour_image()]
         # one that looks like the reference itself would be found in every frame
-        return tuple(one for one in found if self._expected(one).any())
+        return tuple(one for one in found if self._predict_change(one).any())
 
     def change(self, log: Array, readable: Bool) -> tuple[Array, Bool]:
         """Return the change of the logarithm against the reference, less each channel's gain.
@@ -238,7 +238,7 @@ class Appearance:
         """
         if not self.alternatives:  # an even reference looks alike whatever was done to it
             return None
-        responses = self._filters @ self._blurred(change)
+        responses = self._filters @ self._blur_change(change)
         best: float = margin
         why: Mistake | None = None
         for index in np.flatnonzero(responses > RESPONSE):
@@ -246,8 +246,8 @@ class Appearance:
             both = readable & self.seen & one.seen
             if np.count_nonzero(both) < FEWEST_CELLS:
                 continue
-            base = self._explained(log - self.log, both)
-            more = self._explained(log - one.log, both) - base
+            base = self._explained_share(log - self.log, both)
+            more = self._explained_share(log - one.log, both) - base
             name = one.cause
             if name == "cropped":
                 # another light can look a little like a zoom, which then explains little of it
@@ -257,32 +257,32 @@ class Appearance:
                 best, why = more, name
         return why
 
-    def _explained(self, change: Array, both: Bool) -> float:
+    def _explained_share(self, change: Array, both: Bool) -> float:
         plane, change = self.plane[:, both], change[:, both]
         return agreement(change - fit_smooth_field(change, plane, SCALES) @ plane, TOLERANCE)
 
     @cached_property
     def _filters(self) -> Array:
         """(alternatives, K N / 4): filters that respond with 1 to a frame that shows one."""
-        filters = np.stack([self._expected(one) for one in self.alternatives])
+        filters = np.stack([self._predict_change(one) for one in self.alternatives])
         return np.asarray(filters / np.square(filters).sum(axis=1, keepdims=True))
 
-    def _blurred(self, change: Array) -> Array:
+    def _blur_change(self, change: Array) -> Array:
         """Return the clipped sums over four cells, (K N / 4): a filter needs no more."""
         return np.clip(_sums(self._image(change)).ravel(), -4 * CLIP, 4 * CLIP)
 
-    def _expected(self, one: Alternative) -> Array:
+    def _predict_change(self, one: Alternative) -> Array:
         both = self.seen & one.seen
         if not both.any():
             return np.zeros(self.log.size // 4, np.float32)
         change = one.log - self.log
         change = change - np.median(change[:, both], axis=1, keepdims=True)
-        return self._blurred(change * both)
+        return self._blur_change(change * both)
 
     def _image(self, values: Array) -> Array:
         return values.reshape(-1, *self.cells.shape)
 
-    def _recoloured(self) -> Iterator[Alternative]:
+    def _recolour_image(self) -> Iterator[Alternative]:
         channels = len(self.log)
         if channels != 3:
             return
@@ -291,7 +291,7 @@ class Appearance:
         grey = np.log(np.exp(self.log).mean(axis=0, keepdims=True))
         yield Alternative("grey", np.repeat(grey, channels, axis=0), self.seen)
 
-    def _moved(self) -> Iterator[Alternative]:
+    def _move_camera(self) -> Iterator[Alternative]:
         """Yield what a camera that shows the gel elsewhere would show."""
         rows, columns = self.cells.shape
         edges = np.array(

@@ -135,7 +135,8 @@ def _cells(
     share = shrink_image(seen, size)
     inverse = (1 / np.maximum(share, least_visible))[..., None]
     now, before = (
-        np.asarray(shrink_image(image * seen[..., None], size) * inverse, np.float32) for image in images
+        np.asarray(shrink_image(image * seen[..., None], size) * inverse, np.float32)
+        for image in images
     )
     return now, before, share >= least_visible
 

@@ -158,7 +158,7 @@ def train(
     scaled = np.ascontiguousarray(((features - mean) / std).T)
     wanted = np.ascontiguousarray(targets.T)
     sizes = [features.shape[1], *hidden, targets.shape[1]]
-    parameters = _Weights.drawn(sizes, rngs)
+    parameters = _Weights.draw_weights(sizes, rngs)
     adam = _Adam(parameters.flat.shape, np.float32(decay) * parameters.decaying)
     count = scaled.shape[1]
     batch = min(count, max(TRAINING.smallest_batch, count // steps))
@@ -201,7 +201,7 @@ class _Weights:
     slopes: list[Float32]
 
     @classmethod
-    def drawn(cls, sizes: Sequence[int], rngs: Sequence[np.random.Generator]) -> _Weights:
+    def draw_weights(cls, sizes: Sequence[int], rngs: Sequence[np.random.Generator]) -> _Weights:
         """Draw the weights of each network at random; biases are 0."""
         count = sum((a + 1) * b for a, b in pairwise(sizes))
         flat, slope = np.zeros((2, len(rngs), count), np.float32)

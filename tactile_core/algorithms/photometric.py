@@ -47,7 +47,7 @@ class Smoothing:
     around_px: int = 0
 
     @classmethod
-    def of(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
+    def from_sigma(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
         """Choose box filters of about this standard deviation, and a neighbourhood for markers."""
         # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
         first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
@@ -101,7 +101,7 @@ def fill_markers(
     (H, W, K), same dtype
     """
     around = AroundMarkers(bare_mask(marker_mask), size_px)
-    filled = [around.filled(plane) for plane in planes_of(pixels)]
+    filled = [around.fill_part(plane) for plane in planes_of(pixels)]
     return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
 
 
@@ -149,7 +149,7 @@ class AroundMarkers:
         counts /= np.float32(255)
         return np.maximum(counts, np.float32(MARKER_FILL.least_surface_px), out=counts)
 
-    def filled(self, part: NDArray[Any]) -> NDArray[Any]:
+    def fill_part(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
         without = np.zeros_like(part)
         cv2.copyTo(part, self._surface, without)

@@ -113,7 +113,10 @@ def height_error(
     coarse, across, down = (shrink_image(plane, halves) for plane in (height_mm, gx, gy))
     undeformed = rest_area(coarse, across - tilt[0], down - tilt[1])
     cells_mm = shrink_image(coarse, size)
-    trust, error = stiffness * shrink_image(_distant(undeformed, margin), size), np.zeros(size[::-1])
+    trust, error = (
+        stiffness * shrink_image(_distant(undeformed, margin), size),
+        np.zeros(size[::-1]),
+    )
     for _ in range(REST_AREA.rounds):
         left_mm = cells_mm - error
         weight = trust / (1 + (np.maximum(left_mm, 0) / _raised_mm(left_mm)) ** 4)

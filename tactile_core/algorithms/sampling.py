@@ -60,7 +60,7 @@ class Sampling:
     averaged: bool = False
 
     @classmethod
-    def of(
+    def for_shape(
         cls,
         shape: tuple[int, int],
         marker_mask: Bool | None,
@@ -104,10 +104,12 @@ class Sampling:
     def _parts(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[NDArray[Any]]:
         """Smooth all channels at once where OpenCV can, else plane by plane."""
         if pixels.flags.c_contiguous and 1 < pixels.shape[2] <= MOST_CHANNELS:
-            return self._processed([pixels], marker_mask)
-        return self._processed(planes_of(pixels), marker_mask)
+            return self._smooth_parts([pixels], marker_mask)
+        return self._smooth_parts(planes_of(pixels), marker_mask)
 
-    def _processed(self, parts: list[NDArray[Any]], marker_mask: Bool | None) -> list[NDArray[Any]]:
+    def _smooth_parts(
+        self, parts: list[NDArray[Any]], marker_mask: Bool | None
+    ) -> list[NDArray[Any]]:
         if marker_mask is None or not self.around_px:
             for times in self._factors:
                 parts = [_coarse(part, times) for part in parts]
@@ -117,7 +119,7 @@ class Sampling:
             share, parts = _of_surface(parts, hidden, times)
             hidden = share < SAMPLING.bare_level
         around = AroundMarkers(bare_mask(hidden), self.around_px)
-        return [self._smooth(around.filled(part)) for part in parts]
+        return [self._smooth(around.fill_part(part)) for part in parts]
 
     @property
     def _factors(self) -> tuple[int, ...]:

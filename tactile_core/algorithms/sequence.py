@@ -134,7 +134,9 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFau
     return _find_repeated(seen.logs, bright, reference)
 
 
-def _find_repeated(logs: Array, bright: Array, reference: Pattern | None) -> tuple[SequenceFault, ...]:
+def _find_repeated(
+    logs: Array, bright: Array, reference: Pattern | None
+) -> tuple[SequenceFault, ...]:
     first, second = np.triu_indices(len(bright), 1)
     first, second = bright[first], bright[second]
     if not len(first):

@@ -65,7 +65,7 @@ class SlopeField:
         self._reference = reference, reference_markers
         self._full_scale = full_scale
         self._blur_px = blur_px
-        self._sampling = Sampling.of(reference.shape[:2], reference_markers, blur_px)
+        self._sampling = Sampling.for_shape(reference.shape[:2], reference_markers, blur_px)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame, on a grid as coarse as their smoothing allows.
@@ -121,7 +121,7 @@ class Sampler:
         full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
     ) -> None:
-        self._smoothing = Smoothing.of(reference_markers, blur_px)
+        self._smoothing = Smoothing.from_sigma(reference_markers, blur_px)
         self._base = np.asarray(self._smoothing.apply(reference, reference_markers), np.float32)
         self._place = place(reference.shape[:2])
         self._full_scale = full_scale

@@ -141,9 +141,9 @@ class SlopeGrid:
         self._coarse = coarse_size(*sampling.shape, table.points)
         base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
         floor = np.float32(LEVELS.least_divisor_share * full_scale)
-        self._base = np.maximum(self._averaged(base), floor).reshape(-1, base.shape[2])
-        self._place = self._averaged(place(sampling.shape)).reshape(-1, 2)
-        self._still = _Still.of(model, self._place, reference.shape[2])
+        self._base = np.maximum(self._average_cells(base), floor).reshape(-1, base.shape[2])
+        self._place = self._average_cells(place(sampling.shape)).reshape(-1, 2)
+        self._still = _Still.from_model(model, self._place, reference.shape[2])
         if self._still is not None:
             self._response_rows = np.ascontiguousarray(self._still.response.transpose(2, 0, 1))
         self._fine_base = np.maximum(base, floor)
@@ -166,7 +166,7 @@ class SlopeGrid:
         gx, gy = normal_xy
         return SlopeCells(gx, gy, sampling.step, averaged=sampling.averaged)
 
-    def _averaged(self, image: NDArray[Any]) -> Float32:
+    def _average_cells(self, image: NDArray[Any]) -> Float32:
         """Average an image over the cells of the coarse grid, in float32."""
         columns, rows = self._coarse
         times, left = divmod(len(image), rows)
@@ -175,7 +175,9 @@ class SlopeGrid:
             sums = image.reshape(rows, times, -1).sum(axis=1, dtype=np.uint16)
             wide = sums.astype(np.float32).reshape(rows, *image.shape[1:])
             return np.asarray(shrink_image(wide, (columns, rows)) / np.float32(times), np.float32)
-        return np.asarray(shrink_image(image.astype(np.float32, copy=False), self._coarse), np.float32)
+        return np.asarray(
+            shrink_image(image.astype(np.float32, copy=False), self._coarse), np.float32
+        )
 
     def _from_model(self, colours: Float32) -> Float32:
         """Evaluate the model on the coarse grid, (2, N)."""
@@ -183,7 +185,7 @@ class SlopeGrid:
         if self._still is None:
             features = np.concatenate([self._change(colours), self._place], axis=1)
             return self._model(features).T
-        found, changed, change = self._extrapolated(self._still, colours)
+        found, changed, change = self._extrapolate_model(self._still, colours)
         if changed.size:
             features = np.concatenate([change, self._place[changed]], axis=1)
             found[:, changed] = self._model(features).T
@@ -192,7 +194,7 @@ class SlopeGrid:
     def _change(self, colours: Float32) -> Float32:
         return np.asarray(colours / self._base - np.float32(1), np.float32)
 
-    def _extrapolated(
+    def _extrapolate_model(
         self, still: _Still, colours: Float32
     ) -> tuple[Float32, NDArray[np.intp], Float32]:
         """Extrapolate the model from the reference; also, where colours changed much, and how."""
@@ -214,10 +216,10 @@ class SlopeGrid:
         columns, rows = self._coarse
         self._look_up(table, smoothed, normal_xy)
         if h % rows:
-            averages = np.stack([self._averaged(plane) for plane in normal_xy])
+            averages = np.stack([self._average_cells(plane) for plane in normal_xy])
         else:
             averages = shrink_image(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
-        return self._averaged(smoothed), averages.reshape(2, rows, columns)
+        return self._average_cells(smoothed), averages.reshape(2, rows, columns)
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         h, w = smoothed.shape[:2]
@@ -264,7 +266,7 @@ class _Still(NamedTuple):
     response: Float32
 
     @classmethod
-    def of(cls, model: Model, places: Float32, channels: int) -> _Still | None:
+    def from_model(cls, model: Model, places: Float32, channels: int) -> _Still | None:
         """Evaluate a model around the reference at (N, 2) places.
 
         None if it is not smooth there, as a table of few entries.
@@ -281,11 +283,14 @@ class _Still(NamedTuple):
         for common in (SLOPE_GRID.small_change, -SLOPE_GRID.small_change / 2):
             all_alike = np.full_like(nothing, common)
             exact = model(np.hstack([all_alike, places])).T
-            if np.abs(still.extrapolated(all_alike) - exact).mean() > SLOPE_GRID.smooth_error:
+            if (
+                np.abs(still.extrapolate_normals(all_alike) - exact).mean()
+                > SLOPE_GRID.smooth_error
+            ):
                 return None
         return still
 
-    def extrapolated(self, change: Float32) -> Float32:
+    def extrapolate_normals(self, change: Float32) -> Float32:
         """Return (2, N) components of the normal for small relative changes (N, K)."""
         return np.asarray(
             self.normal_xy + np.einsum("knc,nc->kn", self.response, change), np.float32

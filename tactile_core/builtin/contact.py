@@ -88,10 +88,10 @@ class Displacement(Estimator):
         """Return the field; valid within a pitch of a marker that is seen."""
         surface = self._surface_of(markers)
         area = None if contact is None else contact.mask
-        field = surface.measured(markers.px, markers.seen, area)
+        field = surface.measure_field(markers.px, markers.seen, area)
         return DisplacementField(
             field.cells_mm,
-            surface.supported(markers.px, markers.seen),
+            surface.find_valid_area(markers.px, markers.seen),
             markers.mm_per_px,
             markers.timestamp_s,
             on_demand(lambda: field.std_cells_mm),
@@ -175,7 +175,7 @@ class MarkerDetection(Estimator):
                 f"{{pitch_mm: …, diameter_mm: …}}, or 'markers: null' if none are printed "
                 f"({ONLY_DARK})"
             )
-        self._finder = MarkerFinder.of(context)
+        self._finder = MarkerFinder.for_gel(context)
 
     def estimate(self, frame: Frame) -> MarkerDetections:
         """Return the centroids of all markers in view, or none if the gel has no markers."""

@@ -94,7 +94,7 @@ class ShearOfContact(Estimator):
     def tare(self, result: ContactShear) -> ContactShear:
         """Measure from the present frame on."""
         self._contact.release()
-        return result if self._last is None else self._measured(self._last)
+        return result if self._last is None else self._measure_shear(self._last)
 
     def estimate(
         self, contact: SlipContact, displacement: DisplacementField, markers: MarkerField | None
@@ -107,7 +107,9 @@ class ShearOfContact(Estimator):
             return ContactShear(False, timestamp_s=displacement.timestamp_s)
         grid = grid_of(contact, "mask")
         # that of the step before has a grid of this stride
-        mask = grid.cells if grid.step_px == self._stride else pick_pixels(contact.mask, self._stride)
+        mask = (
+            grid.cells if grid.step_px == self._stride else pick_pixels(contact.mask, self._stride)
+        )
         if not np.count_nonzero(mask):
             self.reset()
             return ContactShear(True, timestamp_s=displacement.timestamp_s)
@@ -128,9 +130,9 @@ class ShearOfContact(Estimator):
             seen,
             displacement.timestamp_s,
         )
-        return self._measured(self._last)
+        return self._measure_shear(self._last)
 
-    def _measured(self, now: _Observation) -> ContactShear:
+    def _measure_shear(self, now: _Observation) -> ContactShear:
         cues = self._contact.update(
             now.field,
             now.mask,

@@ -115,7 +115,7 @@ class ElasticForce(Estimator):
         """Subtract the present load from all later ones; the stress stays that of the contact."""
         self._zero = self._last
         wrench, stress = result
-        return Wrench.of(np.zeros(4), wrench.std, wrench.timestamp_s), stress
+        return Wrench.from_values(np.zeros(4), wrench.std, wrench.timestamp_s), stress
 
     def estimate(
         self,
@@ -126,23 +126,23 @@ class ElasticForce(Estimator):
     ) -> tuple[Wrench, ContactStress]:
         """Return the load, zero without contact, and the stress whose sum it is."""
         follows = bool(self._branches) and (self._always or frame.wall_time_s > 0)
-        measured = self._measured(height, contact, displacement, follows=follows)
+        measured = self._measure_deformation(height, contact, displacement, follows=follows)
         rows, columns = measured.contact.shape
         pressure = np.zeros((rows, columns), np.float32)
         shear = np.zeros((rows, columns, 2), np.float32)
-        self._last, variance = np.zeros(4), self._squared(ELASTIC_FORCE.unnoticed_n)
+        self._last, variance = np.zeros(4), self._resultant_variance(ELASTIC_FORCE.unnoticed_n)
         if measured.contact.any():
-            shares = Shares.of(measured.contact, self._cell_mm)
+            shares = Shares.from_contact(measured.contact, self._cell_mm)
             fit = self._layer_fit.fit(measured, shares)
             self._last = fit.loads.resultant
             variance = load_variance(fit, measured, self._cell_mm, self._tolerance)
             pressure[:] = fit.loads.pressure_mpa
             shear[:] = np.moveaxis(fit.loads.traction_mpa(shares), 0, 2)
         stress = ContactStress(pressure, shear, contact.mask, height.mm_per_px, height.timestamp_s)
-        wrench = Wrench.of(self._last - self._zero, np.sqrt(variance), height.timestamp_s)
+        wrench = Wrench.from_values(self._last - self._zero, np.sqrt(variance), height.timestamp_s)
         return wrench, stress
 
-    def _measured(
+    def _measure_deformation(
         self,
         height: HeightMap,
         contact: ContactMask,
@@ -154,12 +154,12 @@ class ElasticForce(Estimator):
         moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
         moved = np.concatenate([moved, shrink_image(cells_mm, self._size)[None]])
         if follows:
-            moved = self._relaxed(moved, height.timestamp_s)
+            moved = self._relax_displacement(moved, height.timestamp_s)
         valid, touching = (_shares(mask, self._size) for mask in (displacement.valid, contact.mask))
         seen = Deformation(moved[2], moved[:2], valid > 0.5, _without_specks(touching))
         return seen.of_material(self._cell_mm)
 
-    def _relaxed(self, moved: np.ndarray, time_s: float) -> np.ndarray:
+    def _relax_displacement(self, moved: np.ndarray, time_s: float) -> np.ndarray:
         """Return the displacement that the same loads cause after relaxation."""
         if self._memory is None or time_s <= self._time_s:
             self._memory = Memory.none(self._branches, moved)
@@ -169,7 +169,7 @@ class ElasticForce(Estimator):
         self._time_s = time_s
         return self._memory.relaxed_mm(self._branches).astype(np.float32)
 
-    def _squared(self, force_n: float) -> np.ndarray:
+    def _resultant_variance(self, force_n: float) -> np.ndarray:
         """Return the variance of a resultant whose forces have this standard deviation."""
         arm_mm = self._size[0] * self._cell_mm / 4
         return np.array([force_n, force_n, force_n, force_n * arm_mm]) ** 2

@@ -64,7 +64,7 @@ class LinearForce(FittedForce):
     def tare(self, result: Wrench) -> Wrench:
         """Subtract the present load from all later ones."""
         self._zero = self._last
-        return Wrench.of(np.zeros(4), result.std, result.timestamp_s)
+        return Wrench.from_values(np.zeros(4), result.std, result.timestamp_s)
 
     def fit(self, sequences: Sequence[ForceSamples]) -> LinearForceModel:
         """Fit the model."""
@@ -85,7 +85,7 @@ class LinearForce(FittedForce):
         self._last = np.nan_to_num(found[0])
         times = [one.timestamp_s for one in given if one is not None]
         deviation = np.where(np.isfinite(std[0]), std[0], UNKNOWN)
-        return Wrench.of(self._last - self._zero, deviation, times[0] if times else 0.0)
+        return Wrench.from_values(self._last - self._zero, deviation, times[0] if times else 0.0)
 
     def features(
         self,

@@ -44,7 +44,7 @@ class MotionOfImprint(Estimator):
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
-        self._markers = None if context.gel.markers == "auto" else MarkerFinder.of(context)
+        self._markers = None if context.gel.markers == "auto" else MarkerFinder.for_gel(context)
         self._mm_per_px = context.image.mm_per_px
         self._tracker: ImprintTracker | None = None
         self._tracker_of: Reference | None = None

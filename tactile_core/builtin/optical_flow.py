@@ -92,7 +92,9 @@ class OpticalFlow(Estimator):
         )
         both = np.minimum(key.weight, now.weight)
         since = flow.fill_untextured(flow.motion(key, now, self._since_px), both, reach_px=reach_px)
-        moved = flow.fill_untextured(flow.compose_motions(self._key_px, since), now.weight, reach_px=reach_px)
+        moved = flow.fill_untextured(
+            flow.compose_motions(self._key_px, since), now.weight, reach_px=reach_px
+        )
         self._since_px = since
         farthest = float(np.abs(since[both > 0.5]).max(initial=0.0))
         changed = float(np.abs(now.weight - key.weight).mean())

@@ -55,9 +55,9 @@ class ReplayCamera(Camera):
         self._has_lights = False
 
     @classmethod
-    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a sensor build."""
-        made = super().of(options, build)
+        made = super().for_build(options, build)
         made._has_lights = build.illumination.driver is not None
         return made
 
@@ -76,7 +76,7 @@ class ReplayCamera(Camera):
         recording = open_recording(
             self._settings.path, images_per_observation=self._settings.images_per_observation
         )
-        self._images = _play_images(recording.at(self._settings.fps), self._settings.loop)
+        self._images = _play_images(recording.with_rate(self._settings.fps), self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())

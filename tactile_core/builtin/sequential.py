@@ -57,7 +57,7 @@ class SequentialIllumination(Illumination):
 
     def __init__(self, options: SequentialOptions) -> None:
         super().__init__(options)
-        self._lights = tuple(light.placed() for light in options.lights)
+        self._lights = tuple(light.make_light() for light in options.lights)
         self._exposed = options.lights
         self._dark = options.dark
 

@@ -120,7 +120,7 @@ class Slip(Estimator):
         markers: MarkerField | None = None,
     ) -> SlipState:
         """Return the state; ``none`` without contact, ``unknown`` without evidence."""
-        found = self._fused(contact, shear, imprint, release, loss)
+        found = self._fuse_cues(contact, shear, imprint, release, loss)
         if found.state == "none" and contact.known:
             return found
         if frame is not None and frame.standalone:
@@ -130,7 +130,7 @@ class Slip(Estimator):
             return replace(found, state="unknown", kind=None, onset_s=None, reason=_OUTRUN)
         return found
 
-    def _fused(
+    def _fuse_cues(
         self,
         contact: SlipContact,
         shear: ContactShear | None,

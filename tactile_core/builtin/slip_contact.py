@@ -16,8 +16,8 @@ from tactile_core.algorithms.slip.sheared_contact import Load
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
-    mask_squares,
     light_change,
+    mask_squares,
     small_image,
     steepness_of,
 )
@@ -75,7 +75,7 @@ class SlipContactFinder(Estimator):
         super().__init__(options, context)
         self._stride = stride_of(context.image.width_px)
         self._spacing_mm = self._stride * context.image.mm_per_px
-        finder = None if context.gel.markers == "auto" else MarkerFinder.of(context)
+        finder = None if context.gel.markers == "auto" else MarkerFinder.for_gel(context)
         marker_px = 0.0 if finder is None else finder.diameter_px
         self._marker_radius = 0.5 * TOUCH.marker_radii * marker_px / self._stride
         self._undeformed: tuple[Reference, Float32] | None = None
@@ -124,7 +124,7 @@ class SlipContactFinder(Estimator):
     ) -> _Touch:
         image_shape = displacement.valid.shape[0], displacement.valid.shape[1]
         if contact is not None:
-            found = self._measured(contact, height)
+            found = self._measure_touch(contact, height)
             if self._measured_once:  # a displacement is what remains of a measured contact
                 return found
         elif frame is not None and reference is not None and self._sheared is None:
@@ -149,7 +149,7 @@ class SlipContactFinder(Estimator):
         source: ContactSource = "motion" if contact is None else "height"
         return _Touch(mask, Load(float(np.count_nonzero(mask)), 0.0), source)
 
-    def _measured(self, contact: ContactMask, height: HeightMap | None) -> _Touch:
+    def _measure_touch(self, contact: ContactMask, height: HeightMap | None) -> _Touch:
         """The contact from slopes, else from its mask.
 
         Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
@@ -190,14 +190,14 @@ class SlipContactFinder(Estimator):
             small = small_image(reference.pixels, size_px, reference.full_scale)
             self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
-        change = light_change(now, self._undeformed[1], self._hidden(markers, shape))
+        change = light_change(now, self._undeformed[1], self._mask_markers(markers, shape))
         least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = Load(0.0, math.sqrt(change.sum()))
         mask = contact_within_ring(change, least)
         return _Touch(mask, load, "image")
 
-    def _hidden(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
+    def _mask_markers(self, markers: MarkerField | None, shape: tuple[int, ...]) -> Bool:
         if markers is None:
             return np.zeros(shape, np.bool_)
         undeformed_px = (

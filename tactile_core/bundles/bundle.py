@@ -24,8 +24,8 @@ from tactile_core.errors import CalibrationError, InputError, PluginFault, Tacti
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
 from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.section import Artefact
 from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import registered_name, resolve
@@ -141,7 +141,7 @@ class Bundle:
         while monotonic() < end_s:
             before = _identity(directory)
             try:
-                bundle = cls._loaded(directory)
+                bundle = cls._load_folder(directory)
             except Exception:
                 if _identity(directory) == before:
                     raise
@@ -151,7 +151,7 @@ class Bundle:
         raise CalibrationError(f"bundle {directory} keeps being replaced; try again")
 
     @classmethod
-    def _loaded(cls, directory: Path) -> Bundle:
+    def _load_folder(cls, directory: Path) -> Bundle:
         manifest = read_manifest(directory)
         check_files(directory, manifest)
         artefacts = {

@@ -58,7 +58,7 @@ class Claims(_Stored):
     format: Literal[1] = 1
     units: Mapping[str, Mapping[DeviceKind, Claim]] = Field(default_factory=dict)
 
-    def of(self, unit: str) -> Mapping[DeviceKind, Claim]:
+    def devices_of(self, unit: str) -> Mapping[DeviceKind, Claim]:
         """Return the devices of a unit; empty if it has none."""
         return self.units.get(unit, {})
 
@@ -69,7 +69,7 @@ class Claims(_Stored):
                 return unit
         return None
 
-    def given(self, unit: str, kind: DeviceKind, claim: Claim) -> Claims:
+    def give_device(self, unit: str, kind: DeviceKind, claim: Claim) -> Claims:
         """Return the claims with a device given to a unit and taken from any other."""
         units = {
             other: {
@@ -82,7 +82,7 @@ class Claims(_Stored):
         units[unit] = {**units.get(unit, {}), kind: claim}
         return Claims(units={name: devices for name, devices in units.items() if devices})
 
-    def without(self, unit: str) -> Claims:
+    def remove_unit(self, unit: str) -> Claims:
         """Return the claims without those of a unit."""
         return Claims(units={name: held for name, held in self.units.items() if name != unit})
 

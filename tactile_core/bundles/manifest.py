@@ -196,7 +196,9 @@ def _report_damage(folder: Path) -> CalibrationError:
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """Write the manifest of all files that the folder holds."""
-    files = {name: _hash(folder / name) for name in sorted(_list_entries(folder)) if name != MANIFEST}
+    files = {
+        name: _hash(folder / name) for name in sorted(_list_entries(folder)) if name != MANIFEST
+    }
     # hash the manifest as it will be read: JSON does not preserve every value
     update: dict[str, Any] = {"format": FORMAT, "files": files, "content_hash": ""}
     whole = Manifest.model_validate_json(manifest.model_copy(update=update).model_dump_json())

@@ -74,7 +74,7 @@ class Crew:
         Exception
             A task raised it.
         """
-        given = self._given(shared, tasks)
+        given = self._offer_tasks(shared, tasks)
         results: dict[int, Any] = {}
 
         def at_home(number: int) -> None:
@@ -98,7 +98,7 @@ class Crew:
                     at_home(number)
         return [results[number] for number in range(len(tasks))]
 
-    def _given(self, shared: Any, tasks: Sequence[Task]) -> list[Future[Any]]:
+    def _offer_tasks(self, shared: Any, tasks: Sequence[Task]) -> list[Future[Any]]:
         """Offer the tasks to the helpers, which take those that are not cancelled."""
         if self._helpers is None:
             return []

@@ -156,7 +156,12 @@ def implausible(
     balls = [press for press in presses if isinstance(press, FoundPress)]
     separate = [ball for ball in balls if not ball.in_grid]
     scale = presses[0].frame.mm_per_px
-    said = (_pitch(reference, gel, scale), _report_unused(separate), _wide(separate), _deep(balls, gel))
+    said = (
+        _pitch(reference, gel, scale),
+        _report_unused(separate),
+        _wide(separate),
+        _deep(balls, gel),
+    )
     return tuple(sentence for sentence in said if sentence)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core import __version__
-from tactile_core.bundles.bundle import Bundle, names_of, current_time
+from tactile_core.bundles.bundle import Bundle, current_time, names_of
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts, implausible
@@ -25,8 +25,8 @@ from tactile_core.calibration.targets import CalibrationTarget
 from tactile_core.calibration.trials import Trials
 from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibrator import Calibrator, Progress
-from tactile_core.interfaces.section import Artefact
 from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
@@ -44,8 +44,8 @@ def conditioning_for(
         The markers of the reference contradict the profile.
     """
     compensates = calibrator.compensation == "channel"
-    condition = Conditioning.of(profile, reference, compensates=compensates)
-    miscounted = condition.finder.miscounted(condition.undeformed) if condition.finder else ""
+    condition = Conditioning.for_build(profile, reference, compensates=compensates)
+    miscounted = condition.finder.explain_miscount(condition.undeformed) if condition.finder else ""
     if miscounted:
         raise InputError(miscounted)
     return condition
@@ -92,7 +92,7 @@ def fitted_bundle(
         thickness_of(profile),
         tuple(ground_truth.undeformed),
     )
-    parts = CrossValidation.of(trials) if scored else None
+    parts = CrossValidation.from_trials(trials) if scored else None
     tasks = [*(() if parts is None else parts.tasks), Task(Trials.fit_all, ())]
     progress.stage("fitting, and scoring on held-out presses" if scored else "fitting", 0.75)
     *results, fitted = crew.run(trials, tasks, progress.fraction)

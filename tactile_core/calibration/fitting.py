@@ -118,13 +118,15 @@ def calibrate(
     virtual = session is not None and session.sim
     base = profile if isinstance(profile, Profile) else load_profile(profile, sim=virtual)
     base, notes, _, _ = played_back(base, presses)
-    guided = GuidedSession.of(presses)
+    guided = GuidedSession.from_recording(presses)
     if guided is not None and ball_diameter_mm is None:
         ball_diameter_mm = guided.ball_diameter_mm
     if ball_diameter_mm is not None:
         check_ball(ball_diameter_mm, base)
     # one at a time: a recorded session has thousands of frames besides its presses
-    frames = [frame for frame in read_frames(base, presses) if guided is None or guided.kept(frame)]
+    frames = [
+        frame for frame in read_frames(base, presses) if guided is None or guided.is_kept(frame)
+    ]
     if guided is not None and not frames:
         raise InputError(
             f"{presses} holds a guided calibration without any press that was kept; record again"
@@ -235,7 +237,7 @@ def inputs_of(
     target: Path | None,
 ) -> Inputs:
     """Return the files that a calibration reads, which its bundle must not overwrite."""
-    return Inputs.of(
+    return Inputs.from_paths(
         {
             PROFILE: None if isinstance(profile, Profile) else profile,
             "--presses": presses,

@@ -28,7 +28,7 @@ class GuidedSession:
     ball_diameter_mm: float
 
     @classmethod
-    def of(cls, path: Path) -> GuidedSession | None:
+    def from_recording(cls, path: Path) -> GuidedSession | None:
         """Read it from a recording; None if no calibration was guided in it."""
         if not path.exists() or not is_recorded(path):
             return None
@@ -45,6 +45,6 @@ class GuidedSession:
                     stamps.pop(str(entry.values["name"]), None)
         return None if ball_mm is None else cls(frozenset(stamps.values()), ball_mm)
 
-    def kept(self, frame: Frame) -> bool:
+    def is_kept(self, frame: Frame) -> bool:
         """Whether a frame is one of the presses."""
         return frame.timestamp_s in self.stamps_s

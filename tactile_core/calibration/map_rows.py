@@ -69,7 +69,7 @@ class MapBlock:
     @property
     def used(self) -> bool:
         """Whether the map holds any height in the band."""
-        return bool(self.scored().any())
+        return bool(self.scored_area().any())
 
     @property
     def why(self) -> str:
@@ -95,7 +95,7 @@ class MapBlock:
         """(H, W) bool: the band."""
         return self._in_frame(self._band(0))
 
-    def scored(self) -> Bool:
+    def scored_area(self) -> Bool:
         """(H, W) bool: usable pixels, at a distance from the neighbouring bands."""
         return self._in_frame(self.target.usable & self._band(self.target.margin_px))
 
@@ -106,7 +106,7 @@ class MapBlock:
         frequency of its slope. Without the root the steepest pixels, where the map is least
         accurate, would dominate.
         """
-        rows, columns = np.nonzero(self.scored())
+        rows, columns = np.nonzero(self.scored_area())
         gx, gy = (
             plane[rows - self.target.first_row, columns] for plane in self.target.smooth_slopes
         )

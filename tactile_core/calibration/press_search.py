@@ -121,7 +121,7 @@ def refound(presses: Sequence[FoundPress]) -> list[FoundPress]:
 
 def start_of(reference: Reference, frame: Frame, ball_radius_px: float, scale: float) -> Start:
     """Analyse a frame on its own, as the start of the search."""
-    return Start.of(press_image(frame, reference), ball_radius_px, scale)
+    return Start.from_image(press_image(frame, reference), ball_radius_px, scale)
 
 
 def press_image(frame: Frame, reference: Reference) -> PressImage:

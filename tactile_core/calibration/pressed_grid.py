@@ -49,12 +49,12 @@ class PressedGrid:
     thickness_mm: float = THICKNESS_MM
     for_heights: bool = False
 
-    def found(self) -> list[FoundPress]:
+    def refine_presses(self) -> list[FoundPress]:
         """Refine all circles jointly."""
         circles, _ = refine_grid(self._image(self._whole), self.centres_px, self._touching_px)
         return self._presses(self._whole, circles)
 
-    def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
+    def make_fold(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
         """Refine the other circles in a copy of the frame without the held-out balls.
 
         Returns
@@ -64,7 +64,7 @@ class PressedGrid:
         others = [i for i in range(len(self.centres_px)) if i not in held_out]
         if not others:
             return None
-        frame = self.condition.without(self.frame, self._around(held_out))
+        frame = self.condition.condition_without(self.frame, self._around(held_out))
         centres_px = self.centres_px[others]
         circles, light = refine_grid(self._image(frame), centres_px, self._touching_px)
         used = [press for press in self._presses(frame, circles) if press.used]
@@ -72,10 +72,10 @@ class PressedGrid:
             return None
         reference = self.condition.undeformed
         undeformed = undeformed_press(used, reference)
-        located = self._located(light, held_out)
+        located = self._locate_presses(light, held_out)
         return Fold(used, reference, located.__getitem__, (undeformed,))
 
-    def _located(self, light: GridLight, which: Collection[int]) -> dict[int, FoundPress]:
+    def _locate_presses(self, light: GridLight, which: Collection[int]) -> dict[int, FoundPress]:
         numbers = sorted(which)
         centres_px = self.centres_px[numbers]
         circles = light.locate(self._image(self._whole), centres_px, self._touching_px)

@@ -36,28 +36,30 @@ class PressedMap:
     condition: Conditioning
     reference_from_press: bool
 
-    def undeformed(self, condition: Conditioning) -> Press:
+    def sample_undeformed(self, condition: Conditioning) -> Press:
         """Training samples of the undeformed gel surface, from a conditioning's reference."""
         return undeformed_sample(self.frame, condition.undeformed, MAP_ROWS.undeformed_pixels)
 
-    def without(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
+    def make_fold(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
         """Return the other bands, in a copy of the frame without the held-out ones."""
         hidden = np.logical_or.reduce([self.bands[i].area() for i in held_out])
         condition = self._conditioning(hidden) if self.reference_from_press else self.condition
-        target = replace(self.bands[0].target, frame=condition.without(self.frame, hidden))
+        target = replace(
+            self.bands[0].target, frame=condition.condition_without(self.frame, hidden)
+        )
         others = [
             replace(band, target=target) for i, band in enumerate(self.bands) if i not in held_out
         ]
         used = [band for band in others if band.used]
         if not used:
             return None
-        undeformed = self.undeformed(condition)
+        undeformed = self.sample_undeformed(condition)
         return Fold(used, condition.undeformed, self.bands.__getitem__, (undeformed,))
 
     def _conditioning(self, hidden: Bool) -> Conditioning:
         """Return a conditioning whose reference is the light of the pixels that are not hidden."""
         shown = np.where(hidden[..., None], 0, self.frame.pixels)
         light = smooth_background(shown, hidden)
-        return self.condition.against(
+        return self.condition.with_reference(
             replace(self.condition.undeformed, pixels=light, marker_mask=None)
         )

@@ -158,7 +158,7 @@ class FoundPress:
         """(H, W) bool: the contact."""
         return self.disc(self.circle.contact_radius_px)
 
-    def scored(self) -> Bool:
+    def scored_area(self) -> Bool:
         """(H, W) bool: pixels that count in a score."""
         return self.surface(self.scored_radius_px)
 
@@ -234,7 +234,7 @@ class FoundPress:
 
     def normal_errors_deg(self, measured: Gradients) -> np.ndarray:
         """Angle between measured and true normal of each scored pixel, degrees."""
-        rows, columns, true = self.true_gradients(self.scored())
+        rows, columns, true = self.true_gradients(self.scored_area())
         slopes = np.stack([measured.x[rows, columns], measured.y[rows, columns]], 1)
         return angles_deg(slopes, true)
 

@@ -145,7 +145,7 @@ class Measured:
         return integrate(self.gx, self.gy, mm_per_px=self.mm_per_px)
 
     @classmethod
-    def of(cls, measured: Gradients | HeightMap) -> Self:
+    def from_quantity(cls, measured: Gradients | HeightMap) -> Self:
         """Take measured slopes, or differentiate heights."""
         scale = measured.mm_per_px
         if isinstance(measured, HeightMap):
@@ -161,7 +161,7 @@ def measured_frames(
     for surface in surfaces:
         key = id(surface.frame)
         if key not in by_frame:
-            by_frame[key] = Measured.of(measured_by(model, surface.frame, undeformed))
+            by_frame[key] = Measured.from_quantity(measured_by(model, surface.frame, undeformed))
         yield surface, by_frame[key]
 
 
@@ -209,7 +209,7 @@ class SeparatePresses:
     reference: Reference
     labelled: bool = False
 
-    def without(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
+    def make_fold(self, held_out: Collection[int]) -> Fold[FoundPress] | None:
         """Search the circles of the other presses again, without the held-out ones.
 
         Returns

@@ -79,7 +79,7 @@ def left_out_size_ratio(ratios: Sequence[Sequence[float] | None]) -> float | Non
 
 
 def _slopes(surface: S, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
-    mask = surface.scored()
+    mask = surface.scored_area()
     return np.stack([gx[mask], gy[mask]], 1)
 
 
@@ -141,7 +141,7 @@ class CrossValidation:
     sizes: list[float]
 
     @classmethod
-    def of(cls, trials: Trials[Any]) -> CrossValidation:
+    def from_trials(cls, trials: Trials[Any]) -> CrossValidation:
         """Divide the surfaces; with fewer than two usable ones there is nothing to do."""
         used, count = trials.used, len(trials.surfaces)
         if len(used) < 2:
@@ -194,7 +194,7 @@ def measured_fold(trials: Trials[S], held_out: Sequence[int]) -> dict[int, HeldO
     results = {}
     found_again = measured_frames(model, map(training.find, to_score), trials.reference)
     for i, (surface, measured) in zip(to_score, found_again, strict=True):
-        mask = surface.scored()
+        mask = surface.scored_area()
         rows, columns, true = surface.true_gradients(mask)
         shape = measured.gx, measured.gy, measured.height_mm
         results[i] = HeldOut(

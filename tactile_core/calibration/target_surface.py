@@ -70,7 +70,7 @@ class TargetSurface(Protocol):
     def training(self) -> Press:
         """Pixels to fit on."""
 
-    def scored(self) -> Bool:
+    def scored_area(self) -> Bool:
         """(H, W) bool: pixels that count in a score."""
 
     def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -228,7 +228,7 @@ class HeightTarget:
 
     @cached_property
     def _smoothed_mm(self) -> Float32:
-        smoothing = Smoothing.of(None, self.blur_px)
+        smoothing = Smoothing.from_sigma(None, self.blur_px)
         return np.asarray(smoothing.apply(self.height_mm[..., None], None)[..., 0], np.float32)
 
     @cached_property

@@ -112,8 +112,8 @@ def rows_of_map(
     if rows is not None:
         part = f"rows {rows.start or 0}:{'' if rows.stop is None else rows.stop} of {part}"
     pressed = PressedMap(blocks(read), frame, condition, reference_from_press)
-    undeformed = (pressed.undeformed(condition),)
-    return CalibrationTarget(pressed.bands, part, pressed.without, undeformed=undeformed)
+    undeformed = (pressed.sample_undeformed(condition),)
+    return CalibrationTarget(pressed.bands, part, pressed.make_fold, undeformed=undeformed)
 
 
 def balls(
@@ -163,12 +163,12 @@ def balls(
         profile, presses, files, frames, condition, ball_diameter_mm, target
     )
     grid = replace(grid, for_heights=for_heights)
-    found = grid.found()
+    found = grid.refine_presses()
     good = select_usable(found)
     return CalibrationTarget(
         found,
         f"{len(good)} presses of {size_words((diameter_mm,))}",
-        grid.without,
+        grid.make_fold,
         ball_diameters_mm=(diameter_mm,),
         undeformed=(undeformed_press(good, condition.undeformed),) if good[0].in_grid else (),
     )
@@ -213,14 +213,16 @@ def separate_balls(
     """
     progress.stage("finding the circles", 0.25)
     ready = [condition(frame) for frame in frames]
-    circled = _find_presses(profile, files, ready, condition.undeformed, sizes_mm, labels, progress, crew)
+    circled = _find_presses(
+        profile, files, ready, condition.undeformed, sizes_mm, labels, progress, crew
+    )
     found = [replace(press, for_heights=for_heights) for press in circled]
     good = select_usable(found)
     diameters_mm = tuple(sorted(set(sizes_mm)))
     return CalibrationTarget(
         found,
         f"{len(good)} presses of {size_words(diameters_mm)}",
-        SeparatePresses(found, condition.undeformed, labelled=labels is not None).without,
+        SeparatePresses(found, condition.undeformed, labelled=labels is not None).make_fold,
         ball_diameters_mm=diameters_mm,
     )
 

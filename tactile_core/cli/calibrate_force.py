@@ -64,7 +64,7 @@ def calibrate_force(
         **{f"--input {number}": path for number, path in enumerate(input, 1)},
         **{f"--forces {number}": path for number, path in enumerate(forces or (), 1)},
     }
-    Inputs.of(given).refuse_whole(out)
+    Inputs.from_paths(given).refuse_whole(out)
     check_place(out)
     with Bar() as progress:
         result = fit(

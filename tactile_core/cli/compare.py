@@ -65,7 +65,7 @@ def compare(
         "--reference": None if reference == FIRST else reference,
         **{f"--swap {step}": use for step, use in swaps if not use.startswith("{")},
     }
-    results = None if out is None else OutputFolder(out, Inputs.of(given))
+    results = None if out is None else OutputFolder(out, Inputs.from_paths(given))
     if results is not None:
         results.check([REPORT])
     with Bar() as progress:

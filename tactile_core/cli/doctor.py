@@ -87,7 +87,11 @@ def _print(check: Check) -> None:
 def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
     from tactile_core.pipeline.opening import open_sensor
 
-    with interrupt_ends(), open_sensor(profile, **options) as sensor, _open_display(as_json) as show:
+    with (
+        interrupt_ends(),
+        open_sensor(profile, **options) as sensor,
+        _open_display(as_json) as show,
+    ):
         last, shown_s = None, float("-inf")
         for reading in sensor.stream():
             last = reading

@@ -129,7 +129,7 @@ def _normals(
         "--bundle": bundle,
         "--reference": reference,
     }
-    results = None if out is None else OutputFolder(out, Inputs.of(given))
+    results = None if out is None else OutputFolder(out, Inputs.from_paths(given))
     if results is not None:
         results.check([REPORT])
     with Bar() as progress:

@@ -139,7 +139,9 @@ def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
 
 
 @contextmanager
-def _explain_recovery(options: LiveOptions, path: Path, guided: GuidedCalibration) -> Iterator[None]:
+def _explain_recovery(
+    options: LiveOptions, path: Path, guided: GuidedCalibration
+) -> Iterator[None]:
     """Say how to finish from the recording if the session ends early."""
     try:
         yield

@@ -74,7 +74,9 @@ def record(
         began_s, interrupted = monotonic(), True
         with sensor.record(out, readings) as recording, Bar() as bar, interrupt_ends():
             bar.stage("recording", 1.0)
-            steps = keep_recording(sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout)
+            steps = keep_recording(
+                sensor, recording, seconds=seconds, frames=frames, timeout_s=timeout
+            )
             for share in steps:
                 bar.fraction(share)
             interrupted = False

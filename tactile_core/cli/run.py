@@ -130,7 +130,7 @@ def run(
         "--script": script,
         "--external": external,
     }
-    results = None if out is None else OutputFolder(out, Inputs.of(given))
+    results = None if out is None else OutputFolder(out, Inputs.from_paths(given))
     with open_sensor(
         profile,
         serial=serial,
@@ -148,7 +148,7 @@ def run(
         if results is not None:
             if bundle is None:
                 place = default_place(sensor.profile, serial, gel)
-                Inputs.of({"the bundle": place}).refuse_shared(results.path)
+                Inputs.from_paths({"the bundle": place}).refuse_shared(results.path)
             if recording is not None:
                 sources = observation_names(sensor.profile, recording)
                 results.check_for(sources, sinks.endings)

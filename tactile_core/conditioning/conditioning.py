@@ -41,7 +41,7 @@ class DriftCompensator:
         self._reference, self._divides = reference, divides
         self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
-    def compensated(self, frame: Frame) -> Frame:
+    def compensate_frame(self, frame: Frame) -> Frame:
         """Return the frame as it would look under the illumination of the reference."""
         reference = self._reference
         if (frame.pixels.shape, frame.full_scale) != (reference.pixels.shape, reference.full_scale):
@@ -125,7 +125,7 @@ class Conditioning:
     known: Reference | None = None
 
     @classmethod
-    def of(
+    def for_build(
         cls,
         build: GelImage,
         reference: Reference | None,
@@ -140,10 +140,10 @@ class Conditioning:
         InputError
             The profile has ``markers: auto``, and there is no reference to detect them in.
         """
-        finder = MarkerFinder.of(build, reference)
-        return cls(None, finder, compensates, known).against(reference)
+        finder = MarkerFinder.for_gel(build, reference)
+        return cls(None, finder, compensates, known).with_reference(reference)
 
-    def against(self, reference: Reference | None) -> Self:
+    def with_reference(self, reference: Reference | None) -> Self:
         """Return a copy with another reference."""
         if reference is not None and reference.marker_mask is None and self.finder is not None:
             reference = replace(reference, marker_mask=self.finder.find(reference.pixels))
@@ -158,26 +158,26 @@ class Conditioning:
             An exposure of a sequence is dark, or shows another light than its own.
         """
         self.verify(frame)
-        return self.compensated(self.masked(frame))
+        return self.compensate_drift(self.mask_markers(frame))
 
     def verify(self, frame: Frame) -> None:
         """Check that each exposure of a sequential frame shows its own light."""
         if is_sequential(frame):
             verify(frame, self._expected, f"observation {frame.source or frame.sequence}")
 
-    def masked(self, frame: Frame) -> Frame:
+    def mask_markers(self, frame: Frame) -> Frame:
         """Mask a frame's markers, unless they are masked already."""
         if self.finder is None or frame.marker_mask is not None:
             return frame
-        return self.finder.marked(frame)
+        return self.finder.mask_frame(frame)
 
-    def compensated(self, frame: Frame) -> Frame:
+    def compensate_drift(self, frame: Frame) -> Frame:
         """Measure the illumination drift of a masked frame, and compensate it if it should be."""
         if self._drift is None:
             return frame
-        return self._drift.compensated(frame)
+        return self._drift.compensate_frame(frame)
 
-    def without(self, frame: Frame, hidden: Bool) -> Frame:
+    def condition_without(self, frame: Frame, hidden: Bool) -> Frame:
         """Condition a frame without using its hidden pixels, not even for the drift.
 
         The reference replaces them, as if nothing had touched there.
@@ -189,10 +189,12 @@ class Conditioning:
         """
         pixels = np.where(hidden[..., None], self.undeformed.pixels, frame.pixels)
         pixels = pixels.astype(frame.pixels.dtype)
-        frame = self.masked(replace(frame, pixels=pixels, marker_mask=None, marker_contrast=None))
+        frame = self.mask_markers(
+            replace(frame, pixels=pixels, marker_mask=None, marker_contrast=None)
+        )
         unseen = hidden if frame.marker_mask is None else hidden | frame.marker_mask
         return replace(
-            self.compensated(replace(frame, marker_mask=unseen)), marker_mask=frame.marker_mask
+            self.compensate_drift(replace(frame, marker_mask=unseen)), marker_mask=frame.marker_mask
         )
 
     @property

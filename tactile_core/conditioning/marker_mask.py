@@ -34,7 +34,7 @@ class MarkerFinder:
     pitch_px: float
 
     @classmethod
-    def of(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
+    def for_gel(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
         """Return the finder for a gel, or None for a gel without markers.
 
         Raises
@@ -59,7 +59,7 @@ class MarkerFinder:
         """Return the mask of the markers and their rims, (H, W) bool."""
         return marker_mask(pixels, diameter_px=self.diameter_px)
 
-    def marked(self, frame: Frame) -> Frame:
+    def mask_frame(self, frame: Frame) -> Frame:
         """Return the frame with its marker mask and marker contrast."""
         marker_contrast = self._contrast(frame)
         marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
@@ -91,7 +91,7 @@ class MarkerFinder:
     def _halves(self) -> bool:
         return reduction(self.diameter_px) % 2 == 0
 
-    def miscounted(self, reference: Reference) -> str:
+    def explain_miscount(self, reference: Reference) -> str:
         """Return how the number of markers contradicts their pitch; empty if it does not."""
         detections = reference.detections or self.detect(reference)
         shape, count = reference.pixels.shape, len(detections.centres_px)

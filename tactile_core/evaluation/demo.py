@@ -199,7 +199,9 @@ def _press(stage: VirtualStage, pressed: _Object, ball_mm: float) -> None:
     stage.press(depth_mm=pressed.depth * ball_mm)
 
 
-def _measure_stage(stage: VirtualStage, pipeline: Pipeline, label: str) -> tuple[DemoRow, list[str]]:
+def _measure_stage(
+    stage: VirtualStage, pipeline: Pipeline, label: str
+) -> tuple[DemoRow, list[str]]:
     frame, truth = stage.frame(), stage.truth()
     reading = pipeline.process(frame)
     height, slopes = reading[HeightMap], reading[Gradients]

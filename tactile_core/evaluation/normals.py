@@ -141,7 +141,7 @@ def evaluate_normals(
         if not press.used:
             continue
         measured = pipeline.process(frame)[Gradients]
-        at_rows, at_columns, true = press.true_gradients(press.scored())
+        at_rows, at_columns, true = press.true_gradients(press.scored_area())
         found = np.stack([measured.x[at_rows, at_columns], measured.y[at_rows, at_columns]], 1)
         slopes.append(np.column_stack([found, true]))
         rows.append(_errors(press.file, slopes[-1]))

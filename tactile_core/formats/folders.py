@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import remove_leftovers, find_replaced, temporary_path
+from tactile_core.formats.files import find_replaced, remove_leftovers, temporary_path
 
 # Returns the files of a folder whose whole content may be replaced; else raises an InputError. The
 # last file lists the others, so it is deleted last.

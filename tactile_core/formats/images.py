@@ -60,7 +60,7 @@ class ImageKind:
         return f"{self.width_px} × {self.height_px} {colour}, {self.bits} bits"
 
     @classmethod
-    def of(cls, pixels: NDArray[Any]) -> ImageKind:
+    def from_pixels(cls, pixels: NDArray[Any]) -> ImageKind:
         """Return the kind of decoded pixels."""
         channels = 1 if pixels.ndim == 2 else pixels.shape[2]
         return cls(pixels.shape[1], pixels.shape[0], channels, 8 * pixels.dtype.itemsize)
@@ -79,7 +79,7 @@ def image_kind(path: Path) -> ImageKind:
     path = Path(path)
     found = header(read_start(path, _HEADER_BYTES))
     if found is None or not found.channels:
-        return ImageKind.of(read_image(path))
+        return ImageKind.from_pixels(read_image(path))
     _check(str(path), found)
     return ImageKind(found.width_px, found.height_px, found.channels, found.bits)
 

@@ -207,7 +207,7 @@ def arrays_of(
         described[title] = {
             "arrays": stored,
             "none": [f.spec.saved_as for f in fields if getattr(quantity, f.name) is None],
-            "fields": {field.name: field.described() for field in fields},
+            "fields": {field.name: field.describe_field() for field in fields},
         }
         for field in fields:
             if field.spec.validity and validity is None:

@@ -65,10 +65,10 @@ class Video:
                 ok, bgr = capture.read()
                 if not ok:
                     return
-                if ImageKind.of(bgr) != self.kind:
+                if ImageKind.from_pixels(bgr) != self.kind:
                     raise InputError(
                         f"{self.path} begins with frames of {self.kind}, but continues with "
-                        f"{ImageKind.of(bgr)}; record or convert it again"
+                        f"{ImageKind.from_pixels(bgr)}; record or convert it again"
                     )
                 stamp_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
                 # some containers have no timestamps or repeat them
@@ -104,7 +104,7 @@ def open_video(path: Path) -> Video:
         capture.release()
     if not ok:
         raise InputError(f"{path} is not a readable video, or contains no complete frame")
-    return Video(path, ImageKind.of(bgr), fps if np.isfinite(fps) and fps > 0 else 0.0)
+    return Video(path, ImageKind.from_pixels(bgr), fps if np.isfinite(fps) and fps > 0 else 0.0)
 
 
 def _capture(path: Path) -> Any:

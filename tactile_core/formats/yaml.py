@@ -103,7 +103,9 @@ def number(
         raise InputError(f"{path}: {key} must be a number, not {shorten_repr(value)}")
     assert isinstance(value, int | float)
     if not low <= value <= high:
-        raise InputError(f"{path}: {key} must be from {low:g} to {high:g}, not {shorten_repr(value)}")
+        raise InputError(
+            f"{path}: {key} must be from {low:g} to {high:g}, not {shorten_repr(value)}"
+        )
     return float(value)
 
 

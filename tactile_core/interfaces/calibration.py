@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import ClassVar, Literal
 
-from tactile_core.interfaces.section import Artefact
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
 
 Compensation = Literal["channel", "none"]

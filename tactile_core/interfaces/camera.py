@@ -67,7 +67,7 @@ class Camera(Device):
     live: ClassVar[bool] = True
 
     @classmethod
-    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a sensor build; override it if the options alone are not enough."""
         return cls(options)
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from tactile_core.algorithms.arrays.types import Float64
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import Estimator
-from tactile_core.interfaces.section import Artefact
 from tactile_core.quantities import Quantity
 
 COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")  # The components of a force, in the order of values

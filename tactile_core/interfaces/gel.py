@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationInfo, field_validator
 
+from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.interfaces.section import Section
 
 _MIN_PITCH_PX = 2.0  # Smallest marker pitch that an image resolves, px: the Nyquist limit
 _MIN_DIAMETER_PX = 0.5  # Smallest marker diameter that is visible, px; chosen by hand

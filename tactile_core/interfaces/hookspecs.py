@@ -45,7 +45,7 @@ def tactile_calibrators() -> Mapping[str, str]:
 
 @hookspec
 def tactile_artefacts() -> Mapping[str, str]:
-    """Artefacts: subclasses of :class:`tactile_core.interfaces.section.Artefact`."""
+    """Artefacts: subclasses of :class:`tactile_core.interfaces.artefact.Artefact`."""
     raise NotImplementedError
 
 

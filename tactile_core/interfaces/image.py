@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from tactile_core.formats.headers import MAX_PIXELS
-from tactile_core.interfaces.section import Section
+from tactile_core.interfaces.artefact import Section
 
 ImagePoint = tuple[float, float]
 Quad = tuple[ImagePoint, ImagePoint, ImagePoint, ImagePoint]

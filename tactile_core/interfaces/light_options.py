@@ -21,7 +21,7 @@ class LightOptions(LightBuild):
         ge=0, le=90, description="Angle of the light above the gel surface; 90 is perpendicular."
     )
 
-    def placed(self, feeds: tuple[str, ...] = ()) -> Light:
+    def make_light(self, feeds: tuple[str, ...] = ()) -> Light:
         """Return the light that these options describe."""
         own = self.model_dump(include=set(LightBuild.model_fields), exclude_unset=True)
         return Light(

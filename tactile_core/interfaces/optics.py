@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from tactile_core.interfaces.section import Section
+from tactile_core.interfaces.artefact import Section
 
 Leds = Annotated[PositiveInt, Field(le=100)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.slope_errors import slope_std
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.interfaces.section import Artefact
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.quantities import Float32, Gradients
 from tactile_core.quantities.on_demand import grid_of, on_demand, replace_values
 

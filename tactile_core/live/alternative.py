@@ -101,7 +101,9 @@ def alternative_pipeline(sensor: Sensor, choice: Choice) -> Pipeline:
         The estimator does not fit, or the bundle is of another sensor.
     """
     own = sensor.pipeline
-    profile = swap_estimator(sensor.profile, choice.step, choice.use) if choice.step else sensor.profile
+    profile = (
+        swap_estimator(sensor.profile, choice.step, choice.use) if choice.step else sensor.profile
+    )
     bundle = own.bundle if choice.bundle is None else Bundle.load(choice.bundle)
     made = Pipeline(profile, bundle, own.reference, serial=sensor.serial)
     copied: Pipeline = pickle.loads(pickle.dumps(made))  # shares nothing with the other thread
@@ -155,9 +157,9 @@ class Alternative:
             if self._ends or state is None:
                 self._pipeline.close()
                 return
-            self.result = self._measured(state)
+            self.result = self._compare_state(state)
 
-    def _measured(self, state: LiveState) -> Comparison:
+    def _compare_state(self, state: LiveState) -> Comparison:
         try:
             reading = self._pipeline.process(state.frame, *state.reading.inputs.values())
         except TactileError as error:

@@ -87,11 +87,11 @@ class Desk:
         virtual = self.live.hand is not None
         return choices_for(self.live.sensor, truth=virtual, bundles=self._bundles)
 
-    def shown(self, ms: float) -> None:
+    def note_delay(self, ms: float) -> None:
         """Note the time from a frame to the screen."""
         self.shown_ms.append(ms)
 
-    def described(self, number: int = 0) -> dict[str, Any]:
+    def describe_page(self, number: int = 0) -> dict[str, Any]:
         """Return what does not change, for the beginning of a page.
 
         Parameters
@@ -123,7 +123,7 @@ class Desk:
         """Return what the buttons show."""
         playback, hand, recording = self.live.playback, self.live.hand, self._recording
         return {
-            "playback": None if playback is None else playback.state.described(),
+            "playback": None if playback is None else playback.state.describe_state(),
             "choice": self.choice,
             "problem": "" if hand is None else hand.problem,
             "failure": self.live.failure or self.guiding.problem,

@@ -91,7 +91,7 @@ class Guiding:
             raise
         finally:
             self._beginning = False
-        self.problem, self._measured_with, live.guide = "", measured_with, self._fed
+        self.problem, self._measured_with, live.guide = "", measured_with, self._feed_frame
         return f"Reference taken. {said}"
 
     def finish(self) -> str:
@@ -140,7 +140,7 @@ class Guiding:
         if recording is not None:
             recording.close()
 
-    def _fed(self, frame: Frame) -> Guidance | None:
+    def _feed_frame(self, frame: Frame) -> Guidance | None:
         """Look at a frame; a failure ends the calibration, and the sensor goes on."""
         guided = self._guided
         try:
@@ -205,7 +205,7 @@ class Gate:
     hosts: frozenset[str]
 
     @classmethod
-    def at(cls, token: str, port: int, names: Iterable[str]) -> Gate:
+    def for_port(cls, token: str, port: int, names: Iterable[str]) -> Gate:
         """Make the gate of a server on a port, by the names and addresses that lead to it."""
         shown = [f"[{name}]" if ":" in name else name for name in names]
         hosts = {f"{name}:{port}".lower() for name in shown}

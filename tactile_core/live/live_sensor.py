@@ -180,7 +180,7 @@ class LiveSensor:
         shown_s = frame.timestamp_s if self.playback is None else HOST.now()
         reading = self.sensor.measure(frame)
         if self.playback is not None:
-            self.playback.played()
+            self.playback.note_observation()
         guide = self.guide
         self.guidance = None if guide is None else guide(frame)
         self._show(frame, reading, shown_s)

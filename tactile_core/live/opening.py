@@ -149,7 +149,7 @@ class PlaybackState:
     speed: float = 1.0
     ended: bool = False
 
-    def described(self) -> dict[str, Any]:
+    def describe_state(self) -> dict[str, Any]:
         """Return it as JSON-ready values."""
         return dict(vars(self))
 
@@ -206,6 +206,6 @@ class Playback:
             self._anchor = (timestamp_s, now_s)
         return max(0.0, due_s - now_s)
 
-    def played(self) -> None:
+    def note_observation(self) -> None:
         """Note that an observation was shown."""
         self._steps = 0

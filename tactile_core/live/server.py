@@ -159,7 +159,7 @@ class LivePage:
         names = names_of(host)
         self._socket = listening(host, port)
         self.port: int = self._socket.getsockname()[1]
-        self._gate = Gate.at(token, self.port, names)
+        self._gate = Gate.for_port(token, self.port, names)
         shown = f"[{host}]" if ":" in host else host
         self.address = f"http://{shown}:{self.port}/{token}/"
         self._watching = 0
@@ -189,10 +189,10 @@ class LivePage:
     def close(self) -> None:
         """End serving; pages notice it, and look for the server again."""
         with suppress(RuntimeError):  # it has ended already
-            self._loop.call_soon_threadsafe(self._ended)
+            self._loop.call_soon_threadsafe(self._signal_end)
         self._thread.join(5.0)
 
-    def _ended(self) -> None:
+    def _signal_end(self) -> None:
         if self._end is not None:
             self._end.set()
 

@@ -42,7 +42,7 @@ class Session:
 
     async def run(self) -> None:
         """Serve the page until it leaves."""
-        await self._say(await asyncio.to_thread(self._desk.described, self._number))
+        await self._say(await asyncio.to_thread(self._desk.describe_page, self._number))
         tasks = [asyncio.create_task(work()) for work in (self._send_states, self._obey)]
         try:
             async for message in self._connection:
@@ -96,16 +96,16 @@ class Session:
         while True:
             began_s = HOST.now()
             count, state = await live.newest.after(count)
-            message = await asyncio.to_thread(self._encoded, state, sent)
+            message = await asyncio.to_thread(self._encode_state, state, sent)
             sent = state.number
             self._shown.clear()
             await self._say_status()
             await self._connection.send(message)
             await self._shown.wait()
-            self._desk.shown(1e3 * (HOST.now() - state.taken_s))
+            self._desk.note_delay(1e3 * (HOST.now() - state.taken_s))
             await asyncio.sleep(max(0.0, self._period_s - (HOST.now() - began_s)))
 
-    def _encoded(self, state: LiveState, sent: int) -> bytes:
+    def _encode_state(self, state: LiveState, sent: int) -> bytes:
         """Encode a state; only called when the page is ready for it."""
         samples = self._desk.live.samples_between(sent, state.number)
         return encoded_state(state, self._view, samples, self._comparison(state))

@@ -11,8 +11,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from tactile_core.algorithms.arrays.types import Parts, parts
 from tactile_core.errors import PluginError, ProfileError
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.estimator import EXTERNAL, Estimator
-from tactile_core.interfaces.section import Artefact
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.array_form import form_fault, writable_field
@@ -68,7 +68,7 @@ class Step:
     def __str__(self) -> str:
         return _title(self.name, self.estimator)
 
-    def blamed(self) -> AbstractContextManager[None]:
+    def blame_step(self) -> AbstractContextManager[None]:
         """Convert exceptions inside the block to an error that names this step and its plugin."""
         return self._blame
 
@@ -211,12 +211,12 @@ class Chain:
                         f"{step} provides {kind.__name__}, which this sensor's calibration "
                         f"already provides; remove the step"
                     )
-            with step.blamed():
+            with step.blame_step():
                 found = step.estimate(by_type)
             _refuse_writing(step, by_type)
             found = _check_results(step, found, size)
             if tare:
-                with step.blamed():
+                with step.blame_step():
                     tared = step.estimator.tare(found[0] if len(found) == 1 else found)
                 found = _check_results(step, _tuple(tared), size)
             by_type.update(zip(step.gives, found, strict=True))
@@ -227,7 +227,7 @@ class Chain:
         """Open every step; do nothing if they are already open."""
         if not self._opened:
             for step in self.steps:
-                with step.blamed():
+                with step.blame_step():
                     step.estimator.open()
             self._opened = True
 
@@ -236,7 +236,7 @@ class Chain:
         if self._opened:
             self._opened = False
             for step in self.steps:
-                with step.blamed():
+                with step.blame_step():
                     step.estimator.close()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -246,13 +246,13 @@ class Chain:
     def reset(self) -> None:
         """Make every step forget earlier frames."""
         for step in self.steps:
-            with step.blamed():
+            with step.blame_step():
                 step.estimator.reset()
 
     def resume(self) -> None:
         """Make every step continue after a gap in the frames."""
         for step in self.steps:
-            with step.blamed():
+            with step.blame_step():
                 step.estimator.resume()
 
 

@@ -89,7 +89,7 @@ def convert(
     """
     if os.path.lexists(out):
         raise InputError(f"{out} already exists, and nothing is overwritten; name another output")
-    Inputs.of({"the recording": source}).refuse_whole(out)
+    Inputs.from_paths({"the recording": source}).refuse_whole(out)
     writer = sink
     if writer is None and not writes(out):
         writer = _sink_for(out)

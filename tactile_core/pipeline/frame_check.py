@@ -139,7 +139,7 @@ class LiveCheck:
             f"the lights, and that 'lights' of the light driver names its outputs as they are wired"
         ) from last
 
-    def noted(self, reading: Reading) -> Reading:
+    def add_warnings(self, reading: Reading) -> Reading:
         """Add a warning to a reading for each observation that was dropped since the last one."""
         dropped, self._dropped = tuple(self._dropped), []
         return replace(reading, warnings=(*reading.warnings, *dropped)) if dropped else reading

@@ -247,11 +247,11 @@ class FrameSource:
         if self._pending:
             frame, images = self._pending.pop(0)
             self._reconnection.saw(frame)
-            self.recordings.acquired(frame, images, earlier=True)
+            self.recordings.record_observation(frame, images, earlier=True)
             return replace(frame, raw=images) if self.keep_raw else frame
-        found = self._acquired(pipeline, self._timeout_s if timeout_s is None else timeout_s)
+        found = self._acquire_frame(pipeline, self._timeout_s if timeout_s is None else timeout_s)
         if found is not None:
-            self.recordings.acquired(found, self._acquisition.images)
+            self.recordings.record_observation(found, self._acquisition.images)
         return found
 
     def rewind(self) -> None:
@@ -261,13 +261,13 @@ class FrameSource:
         self._devices.open()
         self._acquisition.restart()
 
-    def noted(self, reading: Reading) -> Reading:
+    def add_warnings(self, reading: Reading) -> Reading:
         """Add the warnings about dropped observations, lost devices and failed recordings."""
-        reading = self._check.noted(reading)
+        reading = self._check.add_warnings(reading)
         added = (*self._reconnection.warnings(), *self.recordings.warnings())
         return replace(reading, warnings=(*reading.warnings, *added)) if added else reading
 
-    def _acquired(self, pipeline: Pipeline, timeout_s: float) -> Frame | None:
+    def _acquire_frame(self, pipeline: Pipeline, timeout_s: float) -> Frame | None:
         if not self.camera.live:
             return self._acquisition.observe(timeout_s)
         while True:
@@ -276,7 +276,7 @@ class FrameSource:
             except LOST as error:
                 self._reconnection.after(error)
                 pipeline.resume()
-                self.recordings.resumed()
+                self.recordings.record_resumption()
             else:
                 if frame is not None:
                     self._reconnection.saw(frame)

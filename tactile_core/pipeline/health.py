@@ -12,8 +12,8 @@ import numpy as np
 
 from tactile_core.algorithms.drift import DRIFT
 from tactile_core.formats.json import plain
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.section import Artefact
 from tactile_core.quantities import Frame, MarkerField, Quantity, Reference
 
 Verdict = Literal["ok", "warning", "unknown"]
@@ -42,7 +42,7 @@ class Finding:
     message: str = ""
 
     @classmethod
-    def judged(cls, value: float, expected: float | None, unit: str, problem: str) -> Finding:
+    def from_value(cls, value: float, expected: float | None, unit: str, problem: str) -> Finding:
         """Make a finding: a warning if there is a problem, which says what to do."""
         return cls(value, expected, unit, "warning" if problem else "ok", problem)
 
@@ -223,11 +223,13 @@ class GelHealth:
         """Brightness of each channel over that in the reference."""
         return {name: _light(name, ratio) for name, ratio in self._ratios.items()}
 
-    def saturated(self) -> Finding:
+    def judge_saturation(self) -> Finding:
         """Share of saturated intensities in the latest frame."""
         if self._frame is None:
             return Finding.unknown("there is no reading yet")
-        return Finding.judged(self._frame.saturated_share, 0, "", saturation_warning(self._frame))
+        return Finding.from_value(
+            self._frame.saturated_share, 0, "", saturation_warning(self._frame)
+        )
 
     def markers(self) -> Finding:
         """Markers that are seen, as a median."""
@@ -240,7 +242,7 @@ class GelHealth:
                 f"{seen} of {expected} markers are seen; clean the gel, check focus and lights, or "
                 f"record a new reference"
             )
-        return Finding.judged(seen, expected, "", problem)
+        return Finding.from_value(seen, expected, "", problem)
 
 
 def _light(name: str, ratio: float) -> Finding:
@@ -251,4 +253,4 @@ def _light(name: str, ratio: float) -> Finding:
             f"the light in channel {name!r} is {change} than in the reference, too much to be "
             f"compensated; check its LEDs, its supply and the exposure, or record a new reference"
         )
-    return Finding.judged(ratio, 1, "", problem)
+    return Finding.from_value(ratio, 1, "", problem)

@@ -108,7 +108,7 @@ class CameraHealth:
                 f"an exposure shorter than the frame period, and give the camera a USB port of its "
                 f"own"
             )
-        return Finding.judged(self._rate_hz, expected_hz, "Hz", problem)
+        return Finding.from_value(self._rate_hz, expected_hz, "Hz", problem)
 
     def latency(self) -> Finding:
         """Time from mid-observation to the reading, as a median."""
@@ -128,9 +128,9 @@ class CameraHealth:
                 f"{1e3 * measuring_s:.0f} ms, so images wait; use drop='oldest' and read without "
                 f"pauses"
             )
-        return Finding.judged(1e3 * age_s, 1e3 * usual_s, "ms", problem)
+        return Finding.from_value(1e3 * age_s, 1e3 * usual_s, "ms", problem)
 
-    def dropped(self) -> Finding:
+    def judge_dropped(self) -> Finding:
         """Images that were not read because newer ones came first."""
         if not self._counts:
             return Finding.unknown(self._no_stream)
@@ -145,14 +145,14 @@ class CameraHealth:
                 f"{1e3 * busy_s:.0f} ms and an image comes every {1e3 / self._rate_hz:.0f} ms; "
                 "leave out steps or make the image smaller"
             )
-        return Finding.judged(count, None, "", problem)
+        return Finding.from_value(count, None, "", problem)
 
-    def torn(self) -> Finding:
+    def judge_torn(self) -> Finding:
         """Images that arrived damaged."""
         remedy = "arrived torn; change the cable, or connect the camera without a hub"
         return self._share("torn", CAMERA_HEALTH.torn, remedy)
 
-    def repeated(self) -> Finding:
+    def judge_repeated(self) -> Finding:
         """Images that equal the one before."""
         remedy = "repeat the one before; lower the camera's rate to one that it keeps"
         return self._share("repeated", CAMERA_HEALTH.repeated, remedy)
@@ -173,7 +173,7 @@ class CameraHealth:
                 f"the camera has changed its exposure from {1e3 * then_s:.1f} ms to "
                 f"{1e3 * now_s:.1f} ms; write 'exposure_time_s' in 'camera', which locks it"
             )
-        return Finding.judged(now_s, then_s, "s", problem)
+        return Finding.from_value(now_s, then_s, "s", problem)
 
     @property
     def _no_stream(self) -> str:
@@ -192,7 +192,9 @@ class CameraHealth:
             return Finding.unknown(self._no_stream)
         count, images = self._recent(kind)
         wrong = images >= CAMERA_HEALTH.fewest and count > limit * images
-        return Finding.judged(count, 0, "", f"{count} of {images} images {remedy}" if wrong else "")
+        return Finding.from_value(
+            count, 0, "", f"{count} of {images} images {remedy}" if wrong else ""
+        )
 
 
 class HealthMonitor:
@@ -237,12 +239,12 @@ class HealthMonitor:
         return Health(
             rate=stream.rate(),
             latency=stream.latency(),
-            dropped=stream.dropped(),
-            torn=stream.torn(),
-            repeated=stream.repeated(),
+            dropped=stream.judge_dropped(),
+            torn=stream.judge_torn(),
+            repeated=stream.judge_repeated(),
             exposure_time=stream.exposure_time(),
             lights=gel.lights(),
-            saturated=gel.saturated(),
+            saturated=gel.judge_saturation(),
             markers=gel.markers(),
         )
 

@@ -44,7 +44,7 @@ class InitialReference:
         """Whether it is the sensor's first frame."""
         return isinstance(self._wanted, str | Path) and str(self._wanted) == FIRST
 
-    def known(self) -> Reference | None:
+    def known_reference(self) -> Reference | None:
         """Return it, as far as it is known before the sensor is open; a file is read once.
 
         Raises
@@ -56,7 +56,7 @@ class InitialReference:
             self._wanted = read_reference(self._profile, Path(self._wanted))
         return self._wanted if isinstance(self._wanted, Reference) else None
 
-    def of(self, source: FrameSource) -> Reference | None:
+    def fetch_reference(self, source: FrameSource) -> Reference | None:
         """Return it, from the first frame of an open sensor if that is wanted.
 
         Raises
@@ -65,13 +65,13 @@ class InitialReference:
             The file cannot be read, or there is no frame.
         """
         if not self.is_first:
-            return self.known()
+            return self.known_reference()
         return Reference(**{**vars(average([source.first()])), "relative": True})
 
     def warm(self, bundle: Bundle | None) -> None:
         """Load code before a camera is opened: measure made-up frames as the sensor its own."""
         with suppress(TactileError):  # reported when the devices are open
-            pipeline = Pipeline(self._profile, bundle, self.known())
+            pipeline = Pipeline(self._profile, bundle, self.known_reference())
             if self.is_first and pipeline.reference is None:
                 made_up = made_up_reference(self._profile.image, pipeline.channels)
                 pipeline = pipeline.with_reference(made_up)

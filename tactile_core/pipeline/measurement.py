@@ -42,13 +42,13 @@ class Measurement:
         self._began, self.tared = True, self.tared or tare
         return frame
 
-    def noted(self, pipeline: Pipeline, reading: Reading) -> Reading:
+    def note_reading(self, pipeline: Pipeline, reading: Reading) -> Reading:
         """Note a reading, and add the warnings that concern the devices and the markers."""
         self._monitor.add(reading, self._source.settings, HOST.now())
-        reading = self._source.noted(reading)
+        reading = self._source.add_warnings(reading)
         added = self._monitor.warnings()
         if added:
             reading = replace(reading, warnings=(*reading.warnings, *added))
         self._source.recordings.healthy(self._monitor)
-        self._source.recordings.measured(reading)
+        self._source.recordings.record_reading(reading)
         return reading

@@ -95,7 +95,7 @@ class PipelineParts:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(
+    def from_profile(
         cls,
         profile: Profile,
         bundle: Bundle | None,
@@ -116,7 +116,7 @@ class PipelineParts:
             notes.append("no bundle: slopes come from the lights as the profile gives them")
         if reference is not None:
             check_pixels(reference.pixels, "reference", profile, bundle)
-        conditioning = Conditioning.of(
+        conditioning = Conditioning.for_build(
             profile,
             reference,
             compensates=calibration is None or calibration.compensation == "channel",
@@ -127,7 +127,7 @@ class PipelineParts:
         parts = cls(profile, bundle, calibration, conditioning, completed, chain, ())
         finder = conditioning.finder
         if finder is not None and completed is not None:
-            miscounted = finder.miscounted(completed)
+            miscounted = finder.explain_miscount(completed)
             notes += [miscounted] if miscounted else []
         if markless:
             notes.append(
@@ -143,7 +143,7 @@ class PipelineParts:
         uncalibrated = not _has_light_model(self.bundle)
         return self.calibration is not None and (self.reference is not None or uncalibrated)
 
-    def measured(self, frame: Frame) -> Gradients | HeightMap:
+    def measure_surface(self, frame: Frame) -> Gradients | HeightMap:
         """Measure the slopes or heights of a conditioned frame, if there is a calibration."""
         assert self.calibration is not None
         reference = self.reference
@@ -177,9 +177,9 @@ class PipelineParts:
             return None
         if given.pixels is bundle.reference.pixels:
             return None
-        calibrated = self.conditioning.against(bundle.reference)
+        calibrated = self.conditioning.with_reference(bundle.reference)
         today = replace(given.as_frame(bundle.manifest.mm_per_px), marker_mask=given.marker_mask)
-        return replace(check, reference=calibrated.undeformed), calibrated.compensated(today)
+        return replace(check, reference=calibrated.undeformed), calibrated.compensate_drift(today)
 
     @property
     def of_another_gel(self) -> list[str]:
@@ -267,7 +267,7 @@ def _with_detections(
     shown = reference.as_frame(profile.image.mm_per_px)
     given: dict[type[Quantity], Quantity] = {Frame: shown, Reference: reference}
     found = None if step.missing(given) else Chain({step.name: step.estimator}).run(given)
-    with step.blamed():
+    with step.blame_step():
         step.estimator.reset()
     detections = None if found is None else found.by_type[MarkerDetections]
     assert detections is None or isinstance(detections, MarkerDetections)

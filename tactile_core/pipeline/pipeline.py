@@ -89,7 +89,7 @@ class Pipeline:
         check_reference(reference)
         self.given_reference = reference
         of_bundle = () if self.bundle is None else self.bundle.check(self.profile, serial)
-        self._parts = PipelineParts.of(self.profile, self.bundle, reference)
+        self._parts = PipelineParts.from_profile(self.profile, self.bundle, reference)
         self._chain = self._parts.chain
         self.conditioning = self._parts.conditioning
         self.reference = self._parts.reference
@@ -165,7 +165,7 @@ class Pipeline:
         if self.gel_check is not None:
             given[ShownGel] = self.gel_check(frame)
         if self._parts.measures:
-            measured = self._parts.measured(frame)
+            measured = self._parts.measure_surface(frame)
             given[type(measured)] = measured
             if self.reference_gradients is not None:
                 given[ReferenceGradients] = self.reference_gradients

@@ -48,7 +48,7 @@ def make_devices(profile: Profile) -> Devices:
     """Make the camera, the illumination and the light driver that a profile names."""
     camera: type[Camera] = resolve("camera", profile.camera.use)
     with blame(CAMERA, camera):
-        made = camera.of(options_of(camera, profile.camera), profile)
+        made = camera.for_build(options_of(camera, profile.camera), profile)
     return Devices(made, make_lights(profile), _make_driver(profile) if made.live else None)
 
 

@@ -136,7 +136,7 @@ class Sensor:
                 self._reference.warm(self._bundle)
             self._source.open()
             self.notes += tuple(self.camera.notes)
-            reference = self._reference.of(self._source)
+            reference = self._reference.fetch_reference(self._source)
             self._pipeline = Pipeline(self.profile, self._bundle, reference, serial=self._serial)
             self.notes += self._pipeline.notes
         except BaseException as error:
@@ -210,7 +210,7 @@ class Sensor:
 
     def measure(self, frame: Frame) -> Reading:
         """Measure an observation that :meth:`acquire` has returned."""
-        return self._processed(frame)
+        return self._process_frame(frame)
 
     def stream(
         self,
@@ -256,11 +256,11 @@ class Sensor:
             taken = iter(partial(self.acquire, timeout_s), None)
             frames = map(partial(self._measurement.begin, self.pipeline), taken)
             readings = self.pipeline.map(frames, workers=workers)
-            yield from map(partial(self._measurement.noted, self.pipeline), readings)
+            yield from map(partial(self._measurement.note_reading, self.pipeline), readings)
             return
         while (frame := self.acquire(timeout_s)) is not None:
             given = () if inputs is None else inputs(frame)
-            yield self._processed(frame, *given, tare=frame.sequence == tare_frame)
+            yield self._process_frame(frame, *given, tare=frame.sequence == tare_frame)
 
     def record(self, path: Path | str, readings: bool = False) -> RunningRecording:
         """Record what the camera sends from now on, until the result is closed.
@@ -370,7 +370,7 @@ class Sensor:
         self._bundle = bundle
         former.close()
         if self._pipeline.reference is not None:
-            self._source.recordings.referenced(self._pipeline.reference)
+            self._source.recordings.record_reference(self._pipeline.reference)
 
     def use_reference(self, reference: Reference) -> None:
         """Use another reference from the next reading on.
@@ -381,7 +381,7 @@ class Sensor:
             It does not match the profile.
         """
         self._pipeline = self.pipeline.with_reference(reference)
-        self._source.recordings.referenced(reference)
+        self._source.recordings.record_reference(reference)
 
     def capture_reference(self, frames: int = 10) -> Reference:
         """Use the mean of the next ``frames`` observations as the new reference.
@@ -401,7 +401,7 @@ class Sensor:
         self.use_reference(reference)
         return self.pipeline.reference or reference
 
-    def _processed(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
+    def _process_frame(self, frame: Frame, *inputs: Quantity, tare: bool = False) -> Reading:
         turn = None if self._recorded is None else self._recorded.turns.get(frame.sequence)
         if self._recorded is not None and turn is not None:
             if turn.reference is not None and not self._reference.is_given:
@@ -412,4 +412,4 @@ class Sensor:
         tare = tare or self.pipeline.tares
         self._measurement.begin(self.pipeline, frame, tare=tare)
         reading = self.pipeline.process(frame, *inputs, tare=tare)
-        return self._measurement.noted(self.pipeline, reading)
+        return self._measurement.note_reading(self.pipeline, reading)

@@ -126,14 +126,14 @@ class SensorGroup:
         InputError
             The frames of the sensors follow one another, but never within the tolerance.
         """
-        frames = self._acquired(range(len(self.sensors)))
+        frames = self._acquire_frames(range(len(self.sensors)))
         alone, closest_s = [0] * len(frames), float("inf")
         while None not in frames:
             times = [frame.timestamp_s for frame in frames if frame is not None]
             apart_s = max(times) - min(times)
             if apart_s <= self.tolerance_s:
-                yield PairedReadings(tuple(self._measured(frames)), apart_s)
-                frames = self._acquired(range(len(self.sensors)))
+                yield PairedReadings(tuple(self._measure_frames(frames)), apart_s)
+                frames = self._acquire_frames(range(len(self.sensors)))
                 alone, closest_s = [0] * len(frames), float("inf")
             else:
                 behind = times.index(min(times))
@@ -146,7 +146,7 @@ class SensorGroup:
                         f"other; the closest are {closest_s:.3g} s apart, so allow a larger "
                         f"tolerance_s"
                     )
-                (frames[behind],) = self._acquired([behind])
+                (frames[behind],) = self._acquire_frames([behind])
 
     def close(self) -> None:
         """Close every sensor, even if one of them fails."""
@@ -167,7 +167,7 @@ class SensorGroup:
     ) -> None:
         self.close()
 
-    def _acquired(self, indices: Iterable[int]) -> list[Frame | None]:
+    def _acquire_frames(self, indices: Iterable[int]) -> list[Frame | None]:
         """Acquire one frame of each of these sensors, all at the same time."""
         under_way = {
             index: self._threads[index].submit(self.sensors[index].acquire) for index in indices
@@ -178,7 +178,7 @@ class SensorGroup:
         with _naming(f"sensor {index + 1} ({self.sensors[index].name})"):
             return future.result()
 
-    def _measured(self, frames: Sequence[Frame | None]) -> Iterator[Reading]:
+    def _measure_frames(self, frames: Sequence[Frame | None]) -> Iterator[Reading]:
         for sensor, frame in zip(self.sensors, frames, strict=True):
             assert frame is not None
             yield sensor.measure(frame)

@@ -63,7 +63,9 @@ class SensorRecordings:
             tap = self._taps[recording] = partial(recording.add_image, levels=self._levels[0])
             self._camera.add_tap(tap)
 
-    def acquired(self, frame: Frame, images: tuple[Image, ...], *, earlier: bool = False) -> None:
+    def record_observation(
+        self, frame: Frame, images: tuple[Image, ...], *, earlier: bool = False
+    ) -> None:
         """Record an observation; ``earlier`` if it was acquired before the recordings began."""
         for recording in self._open():
             if not self.streamed:
@@ -85,17 +87,17 @@ class SensorRecordings:
         self._begun.update(new)
         return bool(new)
 
-    def measured(self, reading: Reading) -> None:
+    def record_reading(self, reading: Reading) -> None:
         """Record a reading."""
         for recording in self._open():
             recording.add_reading(reading)
 
-    def referenced(self, reference: Reference) -> None:
+    def record_reference(self, reference: Reference) -> None:
         """Record a new reference."""
         for recording in self._open():
             recording.add_reference(reference)
 
-    def resumed(self) -> None:
+    def record_resumption(self) -> None:
         """Record that tracking started again."""
         for recording in self._open():
             recording.add_event("resumed", {})

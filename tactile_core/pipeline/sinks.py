@@ -98,7 +98,7 @@ class Sinks:
         try:
             for name, sink in self._sinks.items():
                 self._open.append(name)
-                with self._blamed(name):
+                with self._blame_sink(name):
                     sink.open(session)
         except BaseException as error:
             try:
@@ -119,7 +119,7 @@ class Sinks:
             The disk is full or not writable.
         """
         for name, sink in self._sinks.items():
-            with self._blamed(name):
+            with self._blame_sink(name):
                 sink.write(reading)
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class Sinks:
         if self._open:
             name = self._open.pop()
             try:
-                with self._blamed(name):
+                with self._blame_sink(name):
                     self._sinks[name].close()
             finally:
                 self.close()
@@ -143,7 +143,7 @@ class Sinks:
     ) -> None:
         self.close()
 
-    def _blamed(self, name: str) -> AbstractContextManager[None]:
+    def _blame_sink(self, name: str) -> AbstractContextManager[None]:
         return blame(f"the sink {name!r}", self._sinks[name])
 
 

@@ -98,15 +98,15 @@ class WorkerProcess:
         if self._unanswered:
             self._process.terminate()
         else:
-            self._closed(self._to)
+            self._close_pipe(self._to)
         try:
             self._process.wait(_PATIENCE_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
         # only now: a thread may have waited for an answer
-        self._closed(self._to)
-        self._closed(self._of)
+        self._close_pipe(self._to)
+        self._close_pipe(self._of)
 
     def __enter__(self) -> Self:
         return self
@@ -127,7 +127,7 @@ class WorkerProcess:
             self._to.flush()
 
     @staticmethod
-    def _closed(pipe: Any) -> None:
+    def _close_pipe(pipe: Any) -> None:
         with suppress(OSError):  # what could not be written is not needed
             pipe.close()
 
@@ -145,7 +145,10 @@ def serve() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # releases what the generator holds
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a plugin's print must not mix with the answers
-    with suppress(BrokenPipeError), closing(_answer_messages()) as answered:  # the other one has ended
+    with (
+        suppress(BrokenPipeError),
+        closing(_answer_messages()) as answered,
+    ):  # the other one has ended
         for answer in answered:
             answers.write(answer)
             answers.flush()
@@ -247,7 +250,7 @@ class Workers:
     def _done(self, task: Callable[[WorkerProcess], T]) -> T:
         worker = self._idle.get()
         try:
-            worker = worker or self._started()
+            worker = worker or self._start_worker()
             result = task(worker)
         except Exception:
             if worker is not None:
@@ -257,7 +260,7 @@ class Workers:
         self._idle.put(worker)
         return result
 
-    def _started(self) -> WorkerProcess:
+    def _start_worker(self) -> WorkerProcess:
         worker = self._new()
         self._begun.append(worker)
         if self._ended:  # meanwhile

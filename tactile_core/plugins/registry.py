@@ -23,12 +23,12 @@ from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
 
 if TYPE_CHECKING:
+    from tactile_core.interfaces.artefact import Artefact
     from tactile_core.interfaces.calibrator import Calibrator
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
-    from tactile_core.interfaces.section import Artefact
     from tactile_core.interfaces.sink import Sink
 
 # defined without metadata, so that the core works from a source tree, and looked up first, so that

@@ -76,14 +76,15 @@ def check_components(source: Source) -> Checked:
                     f"set their pitch and diameter (or auto), or remove the step",
                 )
             )
-        given = node.without("use", *_COMPONENTS_WITHIN.get(kind, ()))
+        given = node.remove_keys("use", *_COMPONENTS_WITHIN.get(kind, ()))
         for key in _replaced_selectors(source, part, given):
-            given = given.without(key)
+            given = given.remove_keys(key)
             del _settings_at(settings, keys)[key]
         found = []
         try:
             options = {
-                key: _with_paths(value, _declared_type(model, key)) for key, value in given.value.items()
+                key: _with_paths(value, _declared_type(model, key))
+                for key, value in given.value.items()
             }
             mistakes = _mistakes(part, use.value, options)
         except PluginFault as error:
@@ -120,7 +121,7 @@ def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
 
 def _find_components(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:
     for keys, kind in _PLACES.items():
-        node = tree.at(keys)
+        node = tree.node_at(keys)
         if node is not None and _names_a_component(node):
             yield keys, kind, node
     several: tuple[tuple[str, ComponentKind], ...] = (
@@ -168,7 +169,7 @@ def _lacks_markers(source: Source, use: Node, part: Any) -> bool:
     if not getattr(part, "needs_markers", False):
         return False
     markers: Keys = ("gel", "markers")
-    if source.settings.at(markers) is not None:
+    if source.settings.node_at(markers) is not None:
         return False
     return not source.inherits(use.place, source.origin(*markers))
 

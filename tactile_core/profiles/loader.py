@@ -83,11 +83,11 @@ def load_source(
     source = read_source(find_profile(name_or_path), find_extended)
     overlay = source.tree.get("sim")
     if sim:
-        source = source.under(Node.of(_VIRTUAL, _OVERRIDES))
+        source = source.merge_overlay(Node.from_plain(_VIRTUAL, _OVERRIDES))
         if overlay is not None and overlay.is_mapping:
-            source = source.under(overlay)
+            source = source.merge_overlay(overlay)
     if overrides:
-        source = source.under(Node.of(overrides, _OVERRIDES))
+        source = source.merge_overlay(Node.from_plain(overrides, _OVERRIDES))
     return source
 
 
@@ -102,7 +102,7 @@ def validate_structure(source: Source) -> list[Problem]:
         reported = {(p.file, p.line, p.column) for p in problems}
         problems += [
             Problem(p.file, p.line, p.column, f"sim.{p.key}", p.message)
-            for p in _mistakes(source.under(overlay))
+            for p in _mistakes(source.merge_overlay(overlay))
             if (p.file, p.line, p.column) not in reported
         ]
     return problems

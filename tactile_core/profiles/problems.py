@@ -54,7 +54,7 @@ def problems_of(
     prefix : Keys
         Path of the model's mapping in the tree.
     """
-    start = tree.at(prefix) or tree
+    start = tree.node_at(prefix) or tree
     by_keys: dict[Keys, list[Any]] = {}
     for one in error.errors(include_url=False):
         keys = _written_keys(start, one["loc"], model)
@@ -65,7 +65,7 @@ def problems_of(
         inner = any(other[: len(keys)] == keys and len(other) > len(keys) for other in by_keys)
         if keys in meant or (inner and all(len(one["loc"]) > len(keys) for one in errors)):
             continue  # reported at the misspelt key, or by the alternative that was intended
-        message = _sentence(errors, start.at(keys), model, keys)
+        message = _sentence(errors, start.node_at(keys), model, keys)
         found.append(problem_at(start.origin(keys), (*prefix, *keys), message))
     return found
 

@@ -48,7 +48,9 @@ def without_nulls(node: Node) -> Node:
 def _merge_nodes(base: Node, top: Node, keys: Keys) -> Node:
     if not (base.is_mapping and top.is_mapping):
         return top
-    below = {key: node for key, node in base.value.items() if key not in _find_dropped(base, top, keys)}
+    below = {
+        key: node for key, node in base.value.items() if key not in _find_dropped(base, top, keys)
+    }
     merged = {}
     for key, node in below.items():
         above = top.get(key)
@@ -115,7 +117,7 @@ class Source:
     def _generation(self, file: Path) -> int:
         return self.lineage.index(file) if file in self.lineage else len(self.lineage)
 
-    def under(self, overlay: Node) -> Source:
+    def merge_overlay(self, overlay: Node) -> Source:
         """Merge a tree into the profile."""
         return replace(self, tree=merge(self.tree, overlay))
 
@@ -141,7 +143,7 @@ def read_source(path: Path, find: Find) -> Source:
 def _read(path: Path, find: Find, below: tuple[Path, ...]) -> Source:
     tree, problems = read_yaml(path)
     extends = tree.get("extends")
-    own = Source(tree.without("extends"), tuple(problems), lineage=(path,))
+    own = Source(tree.remove_keys("extends"), tuple(problems), lineage=(path,))
     if extends is None or extends.value is None:
         return own
     try:

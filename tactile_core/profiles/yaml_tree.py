@@ -38,12 +38,14 @@ class Node:
     place: Place
 
     @classmethod
-    def of(cls, value: Any, place: Place) -> Node:
+    def from_plain(cls, value: Any, place: Place) -> Node:
         """Make a tree from plain mappings, lists and scalars that share one position."""
         if isinstance(value, Mapping):
-            return cls({str(key): cls.of(item, place) for key, item in value.items()}, place)
+            return cls(
+                {str(key): cls.from_plain(item, place) for key, item in value.items()}, place
+            )
         if isinstance(value, list | tuple):
-            return cls(tuple(cls.of(item, place) for item in value), place)
+            return cls(tuple(cls.from_plain(item, place) for item in value), place)
         return cls(value, place)
 
     @property
@@ -61,7 +63,7 @@ class Node:
             return self.value[part] if part < len(self.value) else None
         return self.get(str(part))
 
-    def at(self, keys: Keys) -> Node | None:
+    def node_at(self, keys: Keys) -> Node | None:
         """Return the value at a path; None if it does not exist."""
         node: Node | None = self
         for part in keys:
@@ -78,7 +80,7 @@ class Node:
             node = child
         return node.place
 
-    def without(self, *keys: str) -> Node:
+    def remove_keys(self, *keys: str) -> Node:
         """Return the mapping without some keys."""
         return Node({k: v for k, v in self.value.items() if k not in keys}, self.place)
 

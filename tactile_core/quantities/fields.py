@@ -93,7 +93,7 @@ class Field:
         """Whether the field is an array."""
         return self.form is np.ndarray
 
-    def described(self) -> dict[str, Any]:
+    def describe_field(self) -> dict[str, Any]:
         """Return the description as JSON-ready values, for files and streams."""
         spec = self.spec
         entries = {

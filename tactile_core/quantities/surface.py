@@ -138,7 +138,7 @@ class HeightMap(Quantity):
         """Return the largest height."""
         return {"max_height_mm": float(self.mm.max())}
 
-    def shifted(self, offset_mm: float) -> Self:
+    def shift_height(self, offset_mm: float) -> Self:
         """Return a copy raised by ``offset_mm``."""
         return replace(self, mm=self.mm + np.float32(offset_mm))
 

@@ -45,7 +45,9 @@ class Wrench(Quantity):
     timestamp_s: TimestampS = 0.0
 
     @classmethod
-    def of(cls, values: Float64, std: Float64 | None = None, timestamp_s: float = 0.0) -> Wrench:
+    def from_values(
+        cls, values: Float64, std: Float64 | None = None, timestamp_s: float = 0.0
+    ) -> Wrench:
         """Return the load with these :attr:`values` and standard deviations, (4,) each."""
         names = "fx_n", "fy_n", "fz_n", "tz_nmm"
         stds = "fx_std_n", "fy_std_n", "fz_std_n", "tz_std_nmm"

@@ -31,7 +31,7 @@ class Inputs:
     paths: Mapping[str, Path] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, given: Mapping[str, Path | str | None]) -> Inputs:
+    def from_paths(cls, given: Mapping[str, Path | str | None]) -> Inputs:
         """Keep the paths that were given and exist."""
         paths = {words: Path(path) for words, path in given.items() if path is not None}
         there = {words: path for words, path in paths.items() if _identity(path) is not None}

@@ -24,11 +24,11 @@ class _Kind(NamedTuple):
 
 
 _ROOM = "tactile_core.recordings"
-_FOLDER = _Kind(f"{_ROOM}.folder.writer:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
+_FOLDER = _Kind(f"{_ROOM}.folder.file:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
 _KINDS = MappingProxyType(
     {
         ".mcap": _Kind(f"{_ROOM}.mcap.writer:McapWriter", f"{_ROOM}.mcap.file:McapFile"),
-        ".h5": _Kind(f"{_ROOM}.hdf5.writer:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
+        ".h5": _Kind(f"{_ROOM}.hdf5.file:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
     }
 )
 _LIVE = ".mcap"

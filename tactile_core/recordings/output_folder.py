@@ -58,7 +58,7 @@ class OutputFolder:
                 what = "a file" if part.exists() else "a link that leads nowhere"
                 raise InputError(f"{part} is {what}; name a folder for the results")
         self._inputs.refuse_shared(self.path)
-        self._former = {(entry["file"], _stamp_of(entry)) for entry in self.written()}
+        self._former = {(entry["file"], _stamp_of(entry)) for entry in self.read_entries()}
         self._made = False
 
     def check(self, names: Iterable[str]) -> None:
@@ -152,7 +152,7 @@ class OutputFolder:
         stamp = found.st_size, found.st_mtime_ns
         if (name, stamp) in self._former:
             return True
-        for entry in self.written():
+        for entry in self.read_entries():
             if (entry["file"], _stamp_of(entry)) == (name, stamp):
                 first = printable(entry["of"]) or "another result"
                 raise InputError(
@@ -161,7 +161,7 @@ class OutputFolder:
                 )
         raise _foreign(path)
 
-    def written(self) -> list[dict[str, Any]]:
+    def read_entries(self) -> list[dict[str, Any]]:
         """Return the entries of the folder's list, with ``file``, ``of``, ``size``, ``mtime_ns``.
 
         Raises
@@ -286,7 +286,7 @@ def report_of(place: Path, fingerprint: str) -> Mapping[str, Any] | None:
     """Return the report of complete results with this fingerprint; None if there are none."""
     try:
         report = json.loads(read_text(place / MEASURED))
-        sizes = {entry["file"]: entry["size"] for entry in OutputFolder(place).written()}
+        sizes = {entry["file"]: entry["size"] for entry in OutputFolder(place).read_entries()}
         complete = all((place / name).stat().st_size == size for name, size in sizes.items())
     except (InputError, ValueError, OSError):
         return None
@@ -304,7 +304,7 @@ def own_files(place: Path) -> list[Path]:
     """
     if not place.is_dir():
         raise InputError(f"{place} is a file; move it away or name another --out folder")
-    ours = {(e["file"], e["size"], e["mtime_ns"]) for e in OutputFolder(place).written()}
+    ours = {(e["file"], e["size"], e["mtime_ns"]) for e in OutputFolder(place).read_entries()}
     files = [file for file in sorted(place.iterdir()) if file.name != WRITTEN]
     for file in files:
         found = file.lstat()

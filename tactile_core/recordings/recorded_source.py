@@ -75,7 +75,7 @@ class RecordedSource(ObservationSource):
         if not self._played:
             raise InputError(f"{file.path} has no complete observation; record again")
         self.turns: Mapping[int, Turn] = {n: turn for n, turn in turns.items() if turn != Turn()}
-        self.kind = ImageKind.of(file.image(self._played[0][0]).pixels)
+        self.kind = ImageKind.from_pixels(file.image(self._played[0][0]).pixels)
 
     @property
     def session(self) -> RecordedSession:
@@ -136,9 +136,9 @@ class RecordedSource(ObservationSource):
             name = self._name(number)
             images = [replace(self._file.image(entry), source=name) for entry in entries]
             for image in images:
-                if ImageKind.of(image.pixels) != self.kind:
+                if ImageKind.from_pixels(image.pixels) != self.kind:
                     raise InputError(
-                        f"{name} is {ImageKind.of(image.pixels)}, but the first image of the "
+                        f"{name} is {ImageKind.from_pixels(image.pixels)}, but the first image of the "
                         f"recording is {self.kind}; record again"
                     )
             yield Observation(name, tuple(images))

@@ -107,7 +107,7 @@ class RecordedImage:
         assert isinstance(self.image, Image)
         return self.image.pixels.nbytes
 
-    def described(self) -> dict[str, Any]:
+    def describe_image(self) -> dict[str, Any]:
         """Return everything but the pixels, JSON-ready; floats keep all their digits."""
         return {
             "number": self.number,

@@ -100,7 +100,7 @@ class Recording:
         """Width and height of the camera's images."""
         return self.kind.width_px, self.kind.height_px
 
-    def at(self, fps: float | None) -> Recording:
+    def with_rate(self, fps: float | None) -> Recording:
         """Return the recording with a rate of the images that have no times of their own, Hz."""
         if fps is None or not isinstance(self.source, FileSource | VideoSource):
             return self

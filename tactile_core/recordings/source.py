@@ -81,14 +81,14 @@ class FileSource(ObservationSource):
         number = 0
         alone = all(len(observation.paths) == 1 for observation in self.files)
         times_s = times_of(self.names) if alone else None
-        unrelated = times_s is None and are_unrelated(self._sampled())
+        unrelated = times_s is None and are_unrelated(self._sample_pairs())
         for observation in self.files:
             images = []
             for path in observation.paths:
                 pixels = read_image(path)
-                if ImageKind.of(pixels) != self.kind:
+                if ImageKind.from_pixels(pixels) != self.kind:
                     raise InputError(
-                        f"{path} is {ImageKind.of(pixels)}, but the recording began with "
+                        f"{path} is {ImageKind.from_pixels(pixels)}, but the recording began with "
                         f"{self.kind}; all images of a recording must be of one kind"
                     )
                 time_s = number / self.fps if times_s is None else times_s[number]
@@ -104,7 +104,7 @@ class FileSource(ObservationSource):
                 number += 1
             yield Observation(observation.name, tuple(images))
 
-    def _sampled(self) -> list[tuple[Pixels, Pixels]]:
+    def _sample_pairs(self) -> list[tuple[Pixels, Pixels]]:
         """Return pairs of neighbouring images, spread over all."""
         last = len(self.files) - 2
         first = sorted({round(at) for at in np.linspace(0, last, _PAIRS)}) if last >= 0 else []

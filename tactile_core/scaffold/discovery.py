@@ -36,7 +36,13 @@ from tactile_core.scaffold.markers import (
     unmeasured_lights,
 )
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
-from tactile_core.scaffold.scale import Scale, ScaleMethod, agree_on_scale, measure_scale, scale_finding
+from tactile_core.scaffold.scale import (
+    Scale,
+    ScaleMethod,
+    agree_on_scale,
+    measure_scale,
+    scale_finding,
+)
 from tactile_core.scaffold.view import find_view, section_of
 
 Ask = Callable[[str], str]  # Asks the user a question and returns the answer; empty if unknown
@@ -217,7 +223,7 @@ def _own_files(parent: str | Path, extends: str) -> tuple[Path, ...]:
 def _inputs(parent: str | Path, given: Mapping[str, Path | None]) -> Inputs:
     *ancestors, file = load_source(parent).lineage
     extended = {f"{path.name}, which --from extends": path for path in ancestors}
-    return Inputs.of({"--from": file, **extended, **given})
+    return Inputs.from_paths({"--from": file, **extended, **given})
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,7 @@ def find_lights(
         The presses cannot be read, or none shows a ball of this size at this scale.
     """
     frames = list(read_frames(profile, presses))
-    condition = Conditioning.of(profile, undeformed, compensates=False)
+    condition = Conditioning.for_build(profile, undeformed, compensates=False)
     undeformed = condition.undeformed
     ground_truth = balls(
         profile,

@@ -189,16 +189,16 @@ class NewPackage:
             self._write_over(folder)
             return
         with fresh_folder(folder) as fresh:
-            for path, data in self._placed(fresh).items():
+            for path, data in self._place_files(fresh).items():
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(data)
             move_in(fresh, folder)
 
-    def _placed(self, folder: Path) -> dict[Path, bytes]:
+    def _place_files(self, folder: Path) -> dict[Path, bytes]:
         return {folder / name: text.encode("utf-8") for name, text in self.files.items()}
 
     def _write_over(self, folder: Path) -> None:
-        placed = self._placed(folder)
+        placed = self._place_files(folder)
         for path in placed:
             if path.is_dir() or not path.parent.resolve().is_relative_to(folder.resolve()):
                 raise InputError(

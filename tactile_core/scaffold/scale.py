@@ -117,7 +117,9 @@ class ScaleMethod:
 
 def _number(part: str, text: str, least: float = -np.inf) -> float:
     if not re.fullmatch(_NUMBER, part.strip()):
-        raise InputError(f"--scale {shorten_repr(text)}: {shorten_repr(part)} is no number; {_FORMS}")
+        raise InputError(
+            f"--scale {shorten_repr(text)}: {shorten_repr(part)} is no number; {_FORMS}"
+        )
     if not least < float(part) < np.inf:
         raise InputError(f"--scale {shorten_repr(text)}: a length must be positive and finite")
     return float(part)

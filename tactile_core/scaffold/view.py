@@ -88,7 +88,7 @@ def section_of(parent: Profile, findings: list[Finding], mm_per_px: float = 1.0)
 
 
 def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
-    kind, image = ImageKind.of(pixels), parent.image
+    kind, image = ImageKind.from_pixels(pixels), parent.image
     if image.color == "rgb" and kind.channels == 1:
         raise InputError(
             f"{name} is grey and {parent.name!r} measures colours; give --from a profile with "

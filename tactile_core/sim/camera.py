@@ -59,7 +59,7 @@ class VirtualCamera(Camera):
         self._images: Iterator[Image] = iter(())
 
     @classmethod
-    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a profile's virtual sensor."""
         assert isinstance(options, VirtualOptions)
         return cls(options, build)
@@ -84,7 +84,7 @@ def _played_images(stage: VirtualStage, script: Script, *, loop: bool) -> Iterat
     shot, time_s = 0, 0.0
     while True:
         staged_s = 0.0
-        for number, _ in enumerate(script.played(stage)):
+        for number, _ in enumerate(script.play_frames(stage)):
             if shot:
                 elapsed_s = stage.time_s - staged_s
                 time_s += elapsed_s if elapsed_s > 0 else 1 / NOMINAL_FPS
@@ -131,7 +131,7 @@ class HandCamera(Camera):
         self.truth: TrueState | None = None
 
     @classmethod
-    def of(cls, options: BaseModel, build: SensorBuild) -> Self:
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
         """Make the camera of a profile's virtual sensor."""
         assert isinstance(options, UnitOptions)
         return cls(options, build)

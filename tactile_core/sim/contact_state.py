@@ -28,7 +28,7 @@ class Pose:
     y_mm: float = 0.0
     angle_deg: float = 0.0
 
-    def into(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
+    def to_object_frame(self, x_mm: Array, y_mm: Array) -> tuple[Array, Array]:
         """Transform points from the sensor frame into the object's frame."""
         # numbers of Python do not turn single into double precision
         x, y = x_mm - float(self.x_mm), y_mm - float(self.y_mm)

@@ -136,7 +136,7 @@ class ContactModel:
             self._soft = key, both
         return self._soft[1]
 
-    def undeformed(self) -> SurfaceState:
+    def undeformed_state(self) -> SurfaceState:
         """Return the state of the undeformed gel surface."""
         shape, dtype = self.layer.grid.shape, self.layer.dtype
         return SurfaceState(
@@ -147,14 +147,14 @@ class ContactModel:
             np.zeros((len(self.gel.branches), 3, *shape), dtype),
         )
 
-    def placed(self, state: SurfaceState, indenter: Indenter, pose: Pose) -> SurfaceState:
+    def place_object(self, state: SurfaceState, indenter: Indenter, pose: Pose) -> SurfaceState:
         """Return the state with the object lowered to first contact."""
-        clearance = self._rest - indenter.gap_mm(*pose.into(*self._nodes))
+        clearance = self._rest - indenter.gap_mm(*pose.to_object_frame(*self._nodes))
         row, column = np.unravel_index(np.argmax(clearance), clearance.shape)
         # the highest point is between nodes: search again on a ten times finer grid
         near = np.linspace(-1, 1, 21) * self.layer.grid.spacing_mm
         x, y = np.meshgrid(self._nodes[0, row, column] + near, self._nodes[1, row, column] + near)
-        closer = self.gel.rest_mm(x, y) - indenter.gap_mm(*pose.into(x, y))
+        closer = self.gel.rest_mm(x, y) - indenter.gap_mm(*pose.to_object_frame(x, y))
         level = max(float(clearance[row, column]), float(closer.max()))
         return replace(state, level_mm=level, pose=pose, depth_mm=0.0)
 
@@ -167,7 +167,7 @@ class ContactModel:
         layer, dtype = self.layer, self.layer.dtype
         time = TimeStep(self.gel.branches, move.seconds)
         before = state.displacement_mm
-        residual = time.remembered(before, state.stretches_mm)
+        residual = time.residual_displacement(before, state.stretches_mm)
         pair = self._pair(indenter.elastomer, time.stiffening)
         # a soft object moves too: its anchors are relative to its own undeformed surface
         positions = self._nodes + (before[:2] if pair is layer else state.anchors_mm)
@@ -180,12 +180,12 @@ class ContactModel:
         pressure, approach = self._first_guess(state, problem, pair)
         window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
         while True:
-            solved = self._solved(window, state, indenter, problem, pressure, pair)
+            solved = self._solve_contact(window, state, indenter, problem, pressure, pair)
             near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
             if window.contains(near) and not window.reaches_its_border(solved.pressure > 0):
                 break
             window = Window.around(
-                near | window.embedded(np.ones(window.shape, np.bool_), layer.shape)
+                near | window.embed_part(np.ones(window.shape, np.bool_), layer.shape)
             )
             pressure = solved.pressure
         displacement = layer.displacement(solved.grip.traction, solved.pressure)
@@ -202,14 +202,14 @@ class ContactModel:
             solved.pressure,
             anchors,
             solved.grip,
-            time.stretched(state.stretches_mm, displacement - before),
+            time.advance_stretches(state.stretches_mm, displacement - before),
             state.level_mm,
             move.pose,
             depth + solved.approach_mm,
             solved.iterations,
         )
 
-    def _solved(
+    def _solve_contact(
         self,
         window: Window,
         state: SurfaceState,
@@ -223,12 +223,12 @@ class ContactModel:
         near = pair.near(window.shape)
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         nodes, motion, residual = (
-            window.of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
+            window.view_of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
         )
-        anchors = window.of(state.anchors_mm)
-        overlap, pressure = window.of(problem.overlap_mm), window.of(pressure)
-        grip = Grip(window.of(state.grip.traction), window.of(state.grip.slip_mm))
-        slips = window.of(state.contact & ~state.stick)
+        anchors = window.view_of(state.anchors_mm)
+        overlap, pressure = window.view_of(problem.overlap_mm), window.view_of(pressure)
+        grip = Grip(window.view_of(state.grip.traction), window.view_of(state.grip.slip_mm))
+        slips = window.view_of(state.contact & ~state.stick)
         longest_mm = np.abs(motion * (pressure > 0)).max()
         far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
         iterations = np.zeros(2, int)
@@ -244,7 +244,7 @@ class ContactModel:
             pressure = normal.pressure
             spread = near.spread(pressure) / stiffening + residual[:2]
             wanted = anchors + motion * (pressure > 0) - spread
-            grip = self._gripped(near, wanted, pressure, slips, grip, problem.time)
+            grip = self._solve_grip(near, wanted, pressure, slips, grip, problem.time)
             iterations += np.array([normal.iterations, grip.iterations])
             if sweep + 1 < sweeps:
                 now = nodes + near.shift(grip.traction) / stiffening + spread
@@ -252,10 +252,10 @@ class ContactModel:
                 overlap = overlap - residual[2]
         shape = layer.shape
         return _StepSolution(
-            window.embedded(pressure, shape),
+            window.embed_part(pressure, shape),
             Grip(
-                window.embedded(grip.traction, shape),
-                window.embedded(grip.slip_mm, shape),
+                window.embed_part(grip.traction, shape),
+                window.embed_part(grip.slip_mm, shape),
                 grip.resolution_mm,
                 grip.iterations,
             ),
@@ -263,7 +263,7 @@ class ContactModel:
             (int(iterations[0]), int(iterations[1])),
         )
 
-    def _gripped(
+    def _solve_grip(
         self,
         near: Response,
         wanted_mm: Array,
@@ -306,8 +306,8 @@ class ContactModel:
         window: Window | None = None,
     ) -> Array:
         """Overlap of the object with the gel surface before pressure deforms it, mm."""
-        rest = self._rest if window is None else window.of(self._rest)
-        overlap = rest - indenter.gap_mm(*pose.into(*now_mm))
+        rest = self._rest if window is None else window.view_of(self._rest)
+        overlap = rest - indenter.gap_mm(*pose.to_object_frame(*now_mm))
         overlap += lowered_mm
         return np.asarray(np.maximum(overlap, STEP.out_of_reach_mm), self.layer.dtype)
 
@@ -329,13 +329,13 @@ class ContactModel:
             low, high = (low, middle) if enough else (middle, high)
         return np.maximum(problem.overlap_mm + high, 0) / springs, high
 
-    def released(self, state: SurfaceState, seconds: float) -> SurfaceState:
+    def release_object(self, state: SurfaceState, seconds: float) -> SurfaceState:
         """Return the gel surface some time after the object was removed."""
         time = TimeStep(self.gel.branches, seconds)
-        residual = time.remembered(state.displacement_mm, state.stretches_mm)
-        stretches = time.stretched(state.stretches_mm, residual - state.displacement_mm)
+        residual = time.residual_displacement(state.displacement_mm, state.stretches_mm)
+        stretches = time.advance_stretches(state.stretches_mm, residual - state.displacement_mm)
         return replace(
-            self.undeformed(),
+            self.undeformed_state(),
             displacement_mm=residual,
             anchors_mm=residual[:2],
             stretches_mm=stretches,
@@ -349,7 +349,9 @@ class ContactModel:
             # the object rotates about its lowest point: its surface moves by dx · rise / radius
             radius = indenter.rolling_radius_mm
             assert radius is not None
-            rise = np.minimum(indenter.gap_mm(*state.pose.into(*positions_mm)) / radius, 1)
+            rise = np.minimum(
+                indenter.gap_mm(*state.pose.to_object_frame(*positions_mm)) / radius, 1
+            )
             dx, dy = move.pose.x_mm - state.pose.x_mm, move.pose.y_mm - state.pose.y_mm
             return np.stack([dx * rise, dy * rise]).astype(self.layer.dtype)
         if move.pose.angle_deg == state.pose.angle_deg:
@@ -357,7 +359,7 @@ class ContactModel:
             motion[0] = move.pose.x_mm - state.pose.x_mm
             motion[1] = move.pose.y_mm - state.pose.y_mm
             return motion
-        x, y = move.pose.back(*state.pose.into(*positions_mm))
+        x, y = move.pose.back(*state.pose.to_object_frame(*positions_mm))
         return (np.stack([x, y]) - positions_mm).astype(self.layer.dtype)
 
 

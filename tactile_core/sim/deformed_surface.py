@@ -63,7 +63,7 @@ class DeformedSurface:
         torque = (x * along_y - y * along_x).sum()
         return cell * np.array([along_x.sum(), along_y.sum(), pressure, torque])
 
-    def carried(self, points_mm: ArrayLike) -> NDArray[np.float64]:
+    def carry_points(self, points_mm: ArrayLike) -> NDArray[np.float64]:
         """Return the current positions of points of the gel surface, for example its markers.
 
         Parameters
@@ -95,7 +95,7 @@ class DeformedSurface:
         height, width = self.image_shape
         middle = np.array([width - 1, height - 1]) / 2
         points = (np.array(points_px, np.float64).reshape(-1, 2) - middle) * self.mm_per_px
-        return np.asarray(self.carried(points) / self.mm_per_px + middle)
+        return np.asarray(self.carry_points(points) / self.mm_per_px + middle)
 
     def truth(self) -> TrueState:
         """Return the ground truth of the current state, at the pixels of the image.

@@ -143,7 +143,7 @@ class ForceUnit:
         self._rng = np.random.default_rng([seed, 77])
         image = self.stage.profile.image
         self._view_mm = np.array([image.width_px, image.height_px]) * image.mm_per_px
-        self.reference = np.asarray(np.mean([self._taken() for _ in range(3)], 0), np.float32)
+        self.reference = np.asarray(np.mean([self._take_image() for _ in range(3)], 0), np.float32)
 
     def samples(self, objects: Sequence[ForceObject], count: int) -> Iterator[ForceSample]:
         """Yield samples of sequences: each presses one object, and then moves it."""
@@ -208,9 +208,9 @@ class ForceUnit:
             self._view_mm,
             self._cells,
         )
-        return ForceSample(self._taken(), stage.wrench, pressed.name, outside, loads)
+        return ForceSample(self._take_image(), stage.wrench, pressed.name, outside, loads)
 
-    def _taken(self) -> Float32:
+    def _take_image(self) -> Float32:
         pixels: Array = self.stage.frame().pixels.astype(np.float32)
         width, height = self._size
         small = cv2.resize(pixels, self._size, interpolation=cv2.INTER_AREA)

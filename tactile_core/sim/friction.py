@@ -101,7 +101,8 @@ def solve_friction(
         for part in (rho * start.traction, start.slip_mm, rho * limit_mpa)
     )
     wanted, trial = (
-        _pad_part(part.astype(layer.dtype, copy=False), layer.shape) for part in (wanted_mm, q + slip)
+        _pad_part(part.astype(layer.dtype, copy=False), layer.shape)
+        for part in (wanted_mm, q + slip)
     )
     here = np.s_[..., : inside[0], : inside[1]]
     if inside != layer.shape:
@@ -115,7 +116,9 @@ def solve_friction(
     while iterations < max_iterations:
         iterations += 1
         free = respond(target)
-        change, mismatch, largest = _limit_friction(free, wanted, limit, free_slip_mm, trial, q, target)
+        change, mismatch, largest = _limit_friction(
+            free, wanted, limit, free_slip_mm, trial, q, target
+        )
         if max(change, mismatch) <= tolerance * max(largest, 1e-12 * rho):
             break
     slip = trial[here] - q

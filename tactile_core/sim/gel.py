@@ -74,7 +74,7 @@ class SoftGel:
     kinetic_friction: float | None = None
 
     @classmethod
-    def of(cls, gel: Gel) -> SoftGel:
+    def from_gel(cls, gel: Gel) -> SoftGel:
         """Return the gel of a profile; missing values default to those of common silicone."""
         return cls(
             Elastomer(

@@ -51,7 +51,7 @@ class GelSurface(DeformedSurface):
             raise InputError(f"mode should be 'accurate' or 'fast', not {mode!r}")
         image = profile.image
         self.mode: Mode = mode
-        self.gel = SoftGel.of(profile.gel)
+        self.gel = SoftGel.from_gel(profile.gel)
         self.image_shape = image.height_px, image.width_px
         self.mm_per_px = image.mm_per_px
         self._extent = self.gel.extent_mm(
@@ -75,7 +75,7 @@ class GelSurface(DeformedSurface):
 
     def reset(self) -> None:
         """Remove the object and return to the undeformed gel surface."""
-        self._state = self._model.undeformed()
+        self._state = self._model.undeformed_state()
         # The load that is held constant while the object moves: depth_mm or force_n.
         self._load: dict[str, float] = {}
         self._on, self.time_s = False, 0.0
@@ -284,7 +284,7 @@ class GelSurface(DeformedSurface):
             return end
 
         def force_n(travel_mm: float) -> float:
-            traction = self._stepped(pose(travel_mm), duration).grip.traction
+            traction = self._step_to_pose(pose(travel_mm), duration).grip.traction
             fx, fy = traction.sum((1, 2), dtype=np.float64) * self.grid.cell_mm2
             return float(fx * along + fy * down)
 
@@ -309,13 +309,13 @@ class GelSurface(DeformedSurface):
             self._follow([(self._state.pose, duration) for duration in steps])
             return
         for duration in steps:
-            self._state = self._model.released(self._state, duration)
+            self._state = self._model.release_object(self._state, duration)
             self.time_s += duration
 
     def release(self, seconds: float | None = None) -> None:
         """Remove the object and let the gel surface recover for this time; fully by default."""
         duration = checked_seconds(seconds)
-        self._state = self._model.released(self._state, duration)
+        self._state = self._model.release_object(self._state, duration)
         self._on, self._load = False, {}
         if np.isfinite(duration):
             self.time_s += duration
@@ -334,8 +334,8 @@ class GelSurface(DeformedSurface):
             move = Move(self._pose, *((None, target) if by_force else (target, None)))
             coarsest = max(self._extent) / MODES["accurate"].nodes_across
             self._build(accurate_spacing(self.gel, self._extent, coarsest, self._indenter, move))
-            self._state = self._model.undeformed()
-        placed = self._model.placed(self._state, self._indenter, self._pose)
+            self._state = self._model.undeformed_state()
+        placed = self._model.place_object(self._state, self._indenter, self._pose)
         if placed.level_mm < -2 * max(self._extent):
             raise InputError("the object misses the gel; place it above the gel")
         self._state, self._on = placed, True
@@ -361,7 +361,7 @@ class GelSurface(DeformedSurface):
             self._state, self._on, self._load, self.time_s, self._model, self._sampler = before
             raise
 
-    def _stepped(self, pose: Pose, seconds: float, *, rolls: bool = False) -> SurfaceState:
+    def _step_to_pose(self, pose: Pose, seconds: float, *, rolls: bool = False) -> SurfaceState:
         assert self._indenter is not None
         move = Move(pose, seconds=seconds, rolls=rolls, **self._load)
         new = self._model.step(self._state, self._indenter, move)
@@ -369,6 +369,6 @@ class GelSurface(DeformedSurface):
         return new
 
     def _advance(self, pose: Pose, seconds: float, *, rolls: bool = False) -> None:
-        self._state = self._stepped(pose, seconds, rolls=rolls)
+        self._state = self._step_to_pose(pose, seconds, rolls=rolls)
         if np.isfinite(seconds):
             self.time_s += seconds

@@ -130,7 +130,9 @@ class Hand:
         share = min(1.0, far / max((dx**2 + dy**2) ** 0.5, 1e-12))
         dx, dy = share * dx, share * dy
         degrees = _clamp_value(goal.angle_deg - at.angle_deg, turn)
-        depth_mm = at.depth_mm + _clamp_value(min(goal.depth_mm, self.deepest_mm) - at.depth_mm, low)
+        depth_mm = at.depth_mm + _clamp_value(
+            min(goal.depth_mm, self.deepest_mm) - at.depth_mm, low
+        )
         self._surface.move(dx, dy, degrees, depth_mm=max(depth_mm, 0.0), seconds=seconds)
         self._at = Aim(at.x_mm + dx, at.y_mm + dy, at.angle_deg + degrees, depth_mm, True)
 

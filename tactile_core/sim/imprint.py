@@ -77,7 +77,7 @@ class Imprint:
 
     def _object_mm(self, x: Array, y: Array, moved: Float32) -> Array:
         x, y = np.broadcast_arrays(x, y)
-        gap = self.indenter.gap_mm(*self.state.pose.into(x, y))
+        gap = self.indenter.gap_mm(*self.state.pose.to_object_frame(x, y))
         if self.gel.is_flat:
             return -gap
         return self.gel.rest_mm(x - moved[..., 0], y - moved[..., 1]) - gap

@@ -67,7 +67,7 @@ def accurate_spacing(
     while True:
         grid = Grid.covering(*extent_mm, spacing)
         model = ContactModel(ElasticLayer(grid, gel.elastomer), frictionless, precision)
-        above = model.placed(model.undeformed(), indenter, move.pose)
+        above = model.place_object(model.undeformed_state(), indenter, move.pose)
         contact = model.step(above, indenter, move).contact
         radius = np.sqrt(np.count_nonzero(contact) * grid.cell_mm2 / np.pi)
         needed = float(radius) / (REFINEMENT.safety * REFINEMENT.nodes_per_radius)
@@ -102,7 +102,7 @@ class BandedMatrix:
     blocks: tuple[tuple[slice, slice, Float32], ...]
 
     @classmethod
-    def of(cls, matrix: Array) -> BandedMatrix:
+    def from_matrix(cls, matrix: Array) -> BandedMatrix:
         """Split a matrix (N, n)."""
         blocks, count = [], len(matrix)
         longest = max(matrix.shape)

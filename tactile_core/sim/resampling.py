@@ -93,10 +93,10 @@ class ImageSampler:
         displacement_mm : (2, ny, nx)
             x and y displacement of each material node.
         """
-        row, column = self.window.of(np.indices(self.grid.shape, np.float32))
+        row, column = self.window.view_of(np.indices(self.grid.shape, np.float32))
         moved = (displacement_mm / self.grid.spacing_mm).astype(np.float32)
         across, down = moved
-        x, y = column - self.window.of(across), row - self.window.of(down)
+        x, y = column - self.window.view_of(across), row - self.window.view_of(down)
         changes = np.full(x.shape, np.inf, np.float32)
         for _ in range(INVERSION.whole_steps):
             new_x, new_y = (
@@ -165,12 +165,12 @@ class ImageSampler:
     @cached_property
     def _splines(self) -> tuple[_BSplines, _BSplines]:
         rows, columns = self._along
-        return _BSplines.of(*rows), _BSplines.of(*columns)
+        return _BSplines.from_nodes(*rows), _BSplines.from_nodes(*columns)
 
     @cached_property
     def _solutions(self) -> tuple[BandedMatrix, BandedMatrix]:
         """Matrices from values at all nodes to coefficients, along y and x."""
-        rows, columns = (BandedMatrix.of(_solution(count)) for count in self.grid.shape)
+        rows, columns = (BandedMatrix.from_matrix(_solution(count)) for count in self.grid.shape)
         return rows, columns
 
     def mask(self, nodes: NDArray[np.bool_], places: Float32) -> NDArray[np.bool_]:
@@ -202,7 +202,7 @@ class _BSplines(NamedTuple):
     slopes: BandedMatrix
 
     @classmethod
-    def of(cls, nodes: Array, targets: Array) -> _BSplines:
+    def from_nodes(cls, nodes: Array, targets: Array) -> _BSplines:
         from scipy.interpolate import BSpline
 
         count, spacing = len(nodes), nodes[1] - nodes[0]
@@ -210,9 +210,9 @@ class _BSplines(NamedTuple):
         values = BSpline.design_matrix(position, knots, 3, extrapolate=True)
         slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
         return cls(
-            BandedMatrix.of(_solution(count)),
-            BandedMatrix.of(values.toarray()),
-            BandedMatrix.of(slopes),
+            BandedMatrix.from_matrix(_solution(count)),
+            BandedMatrix.from_matrix(values.toarray()),
+            BandedMatrix.from_matrix(slopes),
         )
 
 

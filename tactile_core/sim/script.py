@@ -57,7 +57,7 @@ class Indent(_Part):
             raise ValueError("give depth_mm or force_n")
         return self
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         if self.depth_mm is not None:
             stage.gel.check_depth(self.depth_mm)
@@ -84,7 +84,7 @@ class Shear(_Part):
         default=None, description="Duration, s. Default: quasi-static."
     )
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         return _in_parts(stage.shear, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
@@ -92,7 +92,7 @@ class Shear(_Part):
 class Roll(Shear):
     """Roll the object."""
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         return _in_parts(stage.roll, self.frames, self.seconds, self.dx_mm, self.dy_mm)
 
@@ -106,7 +106,7 @@ class Twist(_Part):
         default=None, description="Duration, s. Default: quasi-static."
     )
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         return _in_parts(stage.twist, self.frames, self.seconds, self.degrees)
 
@@ -133,7 +133,7 @@ class Lift(_Part):
         "to gravity.",
     )
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         down = np.radians(self.down_deg)
         gravity = np.array([np.cos(down), np.sin(down)])
@@ -162,7 +162,7 @@ class Hold(_Part):
     seconds: PositiveFloat = Field(description="Duration, s.")
     frames: Frames = Field(default=5, description="Number of frames during the hold.")
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step, one frame at a time."""
         for _ in range(self.frames):
             stage.hold(self.seconds / self.frames)
@@ -176,7 +176,7 @@ class Release(_Part):
         default=None, description="Recovery time of the gel, s. Default: full recovery."
     )
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step; it has one frame."""
         stage.release(self.seconds)
         yield
@@ -192,7 +192,7 @@ class Take(BaseModel):
     y_mm: float = Field(default=0.0, description="Position relative to the image centre, mm.")
     angle_deg: float = Field(default=0.0, description="Rotation, positive from x towards y.")
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the step; it has no frame."""
         pose = {"x_mm": self.x_mm, "y_mm": self.y_mm, "angle_deg": self.angle_deg}
         stage.indenter(self.kind, **pose, **self.sizes)
@@ -287,7 +287,7 @@ class Script:
                     problems.append(problem_at(self._tree.origin(keys), keys, str(error)))
         return problems
 
-    def played(self, stage: VirtualStage) -> Iterator[None]:
+    def play_frames(self, stage: VirtualStage) -> Iterator[None]:
         """Play the steps in order; yield whenever a frame is to be taken.
 
         Raises

@@ -63,7 +63,7 @@ def simulate(
         stage.reset()
         (fresh / TRUTH).mkdir()
         write_frame(fresh / REFERENCE, stage.frame(), "undeformed")
-        for number, _ in enumerate(script.played(stage)):
+        for number, _ in enumerate(script.play_frames(stage)):
             name = f"{number:06d}"
             write_frame(fresh / FRAMES, stage.frame(), name)
             write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))

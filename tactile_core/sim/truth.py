@@ -53,7 +53,7 @@ class FineContact:
     first: tuple[int, int]
     factor: int
 
-    def at(self, row: Float32, column: Float32) -> NDArray[np.bool_]:
+    def contact_at(self, row: Float32, column: Float32) -> NDArray[np.bool_]:
         """Contact at material positions, in rows and columns of the nodes."""
         y, x = (
             (part - np.float32(start)) * np.float32(self.factor)
@@ -92,8 +92,8 @@ def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
     )
     by_pressure = model.layer.indentation(state.pressure_mpa)
     fields = np.concatenate([state.displacement_mm, by_pressure[None], state.pressure_mpa[None]])
-    right, down, height, pressed, pressure = rows @ window.of(fields) @ columns.T
-    gap = imprint.indenter.gap_mm(*state.pose.into(x + right, y[:, None] + down))
+    right, down, height, pressed, pressure = rows @ window.view_of(fields) @ columns.T
+    gap = imprint.indenter.gap_mm(*state.pose.to_object_frame(x + right, y[:, None] + down))
     x, y = np.broadcast_arrays(x, y[:, None])
     overlap = model.gel.rest_mm(x, y) - gap + (state.depth_mm - state.level_mm)
     # below any gap that counts, and small enough for single precision
@@ -192,7 +192,7 @@ class TrueState:
         fine = None if self._imprint is None else fine_contact(self._model, self._imprint)
         if fine is None:
             return self._sampler.mask(self._state.contact, self._places)
-        return fine.at(*self._places)
+        return fine.contact_at(*self._places)
 
     @cached_property
     def stick(self) -> Bool:

@@ -126,7 +126,7 @@ def _lighting(lighting: Lighting, draw: _Draw) -> Lighting:
 def _optics(profile: Profile, draw: _Draw) -> Optics:
     optics = profile.optics
     coat, sensor, lights = optics.coat, optics.sensor, optics.lights
-    coating = Coating.of(profile)
+    coating = Coating.from_profile(profile)
     new: dict[str, Any] = {
         "lights": {
             "spread": float(np.hypot(lights.spread, UNIT.brightness)),

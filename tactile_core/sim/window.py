@@ -43,13 +43,13 @@ class Window:
         """Numbers of rows and columns."""
         return self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
 
-    def of(self, field: Array) -> Array:
+    def view_of(self, field: Array) -> Array:
         """Return a view of the window in an array whose last two axes are the grid's."""
         return field[..., self.rows, self.columns]
 
     def contains(self, nodes: NDArray[np.bool_]) -> bool:
         """Whether all of these nodes are inside."""
-        return bool(np.count_nonzero(nodes) == np.count_nonzero(self.of(nodes)))
+        return bool(np.count_nonzero(nodes) == np.count_nonzero(self.view_of(nodes)))
 
     def reaches_its_border(self, nodes: NDArray[np.bool_]) -> bool:
         """Whether any of these nodes is on a border of the window that is inside the grid.
@@ -59,7 +59,7 @@ class Window:
         nodes : (ny, nx)
             Mask on the whole grid.
         """
-        inside = self.of(nodes)
+        inside = self.view_of(nodes)
         (top, bottom), (left, right) = (
             (part.start > 0, part.stop < size)
             for part, size in zip((self.rows, self.columns), nodes.shape, strict=True)
@@ -71,10 +71,10 @@ class Window:
             or (right and inside[:, -1].any())
         )
 
-    def embedded(self, part: Array, shape: tuple[int, int]) -> Array:
+    def embed_part(self, part: Array, shape: tuple[int, int]) -> Array:
         """Embed a part in an array of the whole grid that is zero outside the window."""
         whole = np.zeros((*part.shape[:-2], *shape), part.dtype)
-        self.of(whole)[...] = part
+        self.view_of(whole)[...] = part
         return whole
 
 

@@ -14,7 +14,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault, difference, copy_arrays, writable
+from tactile_core.testing.differences import CannotCheck, Fault, copy_arrays, difference, writable
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import PRESSES, VirtualPress
@@ -44,10 +44,10 @@ class CalibrationChecks(Suite):
                 why="no unit of the sensor can be calibrated",
                 do="fit() receives pixels with known slopes; set options for the virtual sensor",
             ) from error
-        first = self.registered.fitted(part)
+        first = self.registered.fit_once(part)
         frame = self.registered.rig(part).scenes[0].frame
         differs = difference(
-            self._measured(part, first, frame), self._measured(part, second, frame)
+            self._measure_frame(part, first, frame), self._measure_frame(part, second, frame)
         )
         if differs:
             raise Fault(
@@ -62,7 +62,7 @@ class CalibrationChecks(Suite):
         """The result of a measurement has the image's size, is float32, finite and read-only."""
         scene = self.registered.rig(part).scenes[0]
         try:
-            measured = self.registered.fitted(part).measure(
+            measured = self.registered.fit_once(part).measure(
                 scene.frame, self.registered.rig(part).reference
             )
         except CannotCheck:
@@ -91,10 +91,10 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_orientation(self, part: Part) -> None:
         """A held-out ball rises towards the camera, and the undeformed surface is flat."""
-        rig, model = self.registered.rig(part), self.registered.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fit_once(part)
         scene = rig.scenes[1]
-        wrong = truth_fault(self._measured(part, model, scene.frame), scene)
-        undeformed = self._measured(part, model, rig.undeformed)
+        wrong = truth_fault(self._measure_frame(part, model, scene.frame), scene)
+        undeformed = self._measure_frame(part, model, rig.undeformed)
         wrong = wrong or _flatness_fault(undeformed, scene)
         if wrong:
             raise Fault(
@@ -107,7 +107,7 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_round_trip(self, part: Part) -> None:
         """A model gives the same results after saving and loading."""
-        model = self.registered.fitted(part)
+        model = self.registered.fit_once(part)
         frame = self.registered.rig(part).scenes[0].frame
         with TemporaryDirectory(prefix="tactile-conformance-") as name:
             folder = Path(name)
@@ -117,7 +117,7 @@ class CalibrationChecks(Suite):
             except Exception as error:
                 found = f"its saved model cannot be loaded ({type(error).__name__}: {error})"
             else:
-                before, after = (self._measured(part, m, frame) for m in (model, loaded))
+                before, after = (self._measure_frame(part, m, frame) for m in (model, loaded))
                 differs = difference(before, after)
                 found = f"it measures differently after loading: {differs}" if differs else ""
         if found:
@@ -131,7 +131,7 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_fitted_class(self, part: Part) -> None:
         """The class of the fitted model is registered and compensates drift like its calibrator."""
-        model, calibrator = self.registered.fitted(part), self.registered.class_of(part)
+        model, calibrator = self.registered.fit_once(part), self.registered.class_of(part)
         name = type(model).__name__
         if registered_name("artefact", type(model)) is None:
             raise Fault(
@@ -172,7 +172,7 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_other_size(self, part: Part) -> None:
         """Measuring an image of another size raises CalibrationError."""
-        rig, model = self.registered.rig(part), self.registered.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fit_once(part)
         frame = rig.scenes[0].frame
         cropped = replace(frame, pixels=frame.pixels[:-8, :-8])
         reference = replace(rig.reference, pixels=rig.reference.pixels[:-8, :-8])
@@ -194,13 +194,13 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_calibration_inputs(self, part: Part) -> None:
         """Measuring changes neither the frame nor the reference."""
-        rig, model = self.registered.rig(part), self.registered.fitted(part)
+        rig, model = self.registered.rig(part), self.registered.fit_once(part)
         given = writable({Frame: rig.scenes[0].frame, Reference: rig.reference})
         before = copy_arrays(given)
         frame, reference = given[Frame], given[Reference]
         assert isinstance(frame, Frame)
         assert isinstance(reference, Reference)
-        self._measured(part, model, frame, reference)
+        self._measure_frame(part, model, frame, reference)
         changed = difference(before, copy_arrays(given))
         if changed:
             raise Fault(
@@ -213,15 +213,15 @@ class CalibrationChecks(Suite):
     @check(Registered.calibrators)
     def test_calibration_pickling(self, part: Part) -> None:
         """A model can be pickled, also after measuring, and its copy measures the same."""
-        model = self.registered.fitted(part)
+        model = self.registered.fit_once(part)
         frame = self.registered.rig(part).scenes[0].frame
-        before = self._measured(part, model, frame)
+        before = self._measure_frame(part, model, frame)
         try:
             copy = pickle.loads(pickle.dumps(model))
         except Exception as error:
             found = f"it cannot be pickled ({type(error).__name__}: {error})"
         else:
-            found = difference(before, self._measured(part, copy, frame))
+            found = difference(before, self._measure_frame(part, copy, frame))
             found = found and f"its pickled copy measures differently: {found}"
         if found:
             raise Fault(
@@ -231,7 +231,7 @@ class CalibrationChecks(Suite):
                 do="leave locks, handles and caches out of __getstate__",
             )
 
-    def _measured(
+    def _measure_frame(
         self, part: Part, model: Calibration, frame: Frame, reference: Reference | None = None
     ) -> Quantity:
         try:

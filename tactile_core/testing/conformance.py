@@ -100,7 +100,7 @@ class RegistrationChecks(Suite):
     @check(Registered.constructible)
     def test_construction(self, part: Part) -> None:
         """A component can be constructed from its options; a device does not open itself then."""
-        before = Footprint.now()
+        before = Footprint.take_snapshot()
         try:
             made = self.registered.make(part)
         except CannotCheck:
@@ -113,7 +113,7 @@ class RegistrationChecks(Suite):
                 do="set options that work here in the test class: "
                 f"options = {{{part.use!r}: {{…}}}}",
             ) from error
-        left = before.left() if isinstance(made, Device) else ""
+        left = before.find_leaks() if isinstance(made, Device) else ""
         if left:
             raise Fault(
                 part,

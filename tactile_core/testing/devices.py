@@ -69,7 +69,7 @@ class DeviceChecks(Suite):
         open_device(self.registered.device(part)).close()
         for late in (False, True):
             device = _refusing(self.registered.device(part), late=late)
-            before = Footprint.now()
+            before = Footprint.take_snapshot()
             when = "after acquiring everything" if late else "before acquiring anything"
             try:
                 device.open()
@@ -83,7 +83,7 @@ class DeviceChecks(Suite):
                     do="set the attributes that _close uses in __init__, and release only those "
                     "that _open acquired",
                 )
-            left = before.left()
+            left = before.find_leaks()
             if left or device.is_open:
                 raise Fault(
                     part,
@@ -98,9 +98,9 @@ class DeviceChecks(Suite):
         device = self.registered.device(part)
         use(device)  # the first opening acquires what libraries keep until the process ends
         for _ in range(_ROUNDS):
-            before = Footprint.now()
+            before = Footprint.take_snapshot()
             use(device)
-            left = before.left()
+            left = before.find_leaks()
             if left:
                 raise Fault(
                     part,
@@ -161,7 +161,7 @@ class SinkChecks(Suite):
         """It opens, accepts readings with any quantities, closes, and opens again."""
         for attempt in ("", " again, after it was closed"):
             try:
-                self._used(part)
+                self._use_sink(part)
             except CannotCheck:
                 raise
             except Exception as error:
@@ -178,7 +178,7 @@ class SinkChecks(Suite):
         """It writes only files with its declared endings."""
         sink = self.registered.class_of(part)
         endings = (*sink.endings, *filter(None, [sink.session_ending]))
-        for name in self._tried(part):
+        for name in self._try_sink(part):
             if name != WRITTEN and not any(name.endswith(ending) for ending in endings):
                 raise Fault(
                     part,
@@ -190,11 +190,13 @@ class SinkChecks(Suite):
     @check(Registered.sinks)
     def test_sink_leaks(self, part: Part) -> None:
         """Closing a sink ends all its threads and closes all its files."""
-        self._tried(part)  # the first opening acquires what libraries keep until the process ends
+        self._try_sink(
+            part
+        )  # the first opening acquires what libraries keep until the process ends
         for _ in range(_OPENINGS):
-            before = Footprint.now()
-            self._tried(part)
-            left = before.left()
+            before = Footprint.take_snapshot()
+            self._try_sink(part)
+            left = before.find_leaks()
             if left:
                 raise Fault(
                     part,
@@ -203,15 +205,15 @@ class SinkChecks(Suite):
                     do="close the files and end the threads in close(), and wait for the threads",
                 )
 
-    def _tried(self, part: Part) -> list[str]:
+    def _try_sink(self, part: Part) -> list[str]:
         try:
-            return self._used(part)
+            return self._use_sink(part)
         except CannotCheck:
             raise
         except Exception as error:
             raise CannotCheck(f"see the check 'readings': {error}") from error
 
-    def _used(self, part: Part) -> list[str]:
+    def _use_sink(self, part: Part) -> list[str]:
         """Open the sink, write readings, close it, and return the names of its files."""
         sink, readings = self._new_sink(part), self._readings(part)
         channels, quantities = readings[0].frame.channels, tuple(readings[-1].quantities)

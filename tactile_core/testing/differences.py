@@ -41,7 +41,9 @@ def arrays_in(quantity: Quantity) -> Iterator[tuple[str, NDArray[Any]]]:
             yield field.name, value
 
 
-def copy_arrays(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], dict[str, Any]]:
+def copy_arrays(
+    quantities: Mapping[type[Quantity], Quantity],
+) -> dict[type[Quantity], dict[str, Any]]:
     """Copy the arrays of quantities, to detect later changes."""
     return {kind: {n: a.copy() for n, a in arrays_in(q)} for kind, q in quantities.items()}
 

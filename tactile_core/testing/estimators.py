@@ -13,7 +13,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Step, declared_step
 from tactile_core.quantities import Quantity
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault, difference, copy_arrays, writable
+from tactile_core.testing.differences import CannotCheck, Fault, copy_arrays, difference, writable
 from tactile_core.testing.plausibility import quantity_fault, truth_fault
 from tactile_core.testing.registered import Part, Registered
 from tactile_core.testing.virtual_presses import VirtualPress
@@ -82,7 +82,7 @@ class EstimatorChecks(Suite):
     def test_annotations(self, part: Part) -> None:
         """``estimate`` is annotated with quantities, and its inputs are available."""
         try:
-            step = declared_step(part.use, self._made(part))
+            step = declared_step(part.use, self._make_estimator(part))
         except PluginError as error:
             raise Fault(
                 part,
@@ -90,7 +90,7 @@ class EstimatorChecks(Suite):
                 why="the core builds the chain of steps from the annotations",
                 do="def estimate(self, height: HeightMap) -> ContactMask: …",
             ) from error
-        missing = step.missing(self._given(part, step, self._scenes(part)[0]))
+        missing = step.missing(self._complete_inputs(part, step, self._scenes(part)[0]))
         if missing is not None:
             raise Fault(
                 part,
@@ -106,7 +106,7 @@ class EstimatorChecks(Suite):
         step = self._step(part)
         for scene in self._scenes(part):
             try:
-                results = step.estimate(self._known(part, step, scene))
+                results = step.estimate(self._select_inputs(part, step, scene))
             except CannotCheck:
                 raise
             except Exception as error:
@@ -191,7 +191,7 @@ class EstimatorChecks(Suite):
         if step.estimator.stateful:
             raise CannotCheck("it declares stateful")
         together = self._results(part, step)
-        inputs = [self._known(part, step, scene) for scene in self._scenes(part)]
+        inputs = [self._select_inputs(part, step, scene) for scene in self._scenes(part)]
         for number in reversed(range(len(inputs))):
             again = self._step(part)
             differs = difference(together[number], _try_step(again, inputs[number]))
@@ -211,8 +211,8 @@ class EstimatorChecks(Suite):
         scenes = self._scenes(part)
         mixed = []
         for scene, other_scene in zip(scenes, reversed(scenes), strict=True):
-            mixed.append(deepcopy(_try_step(one, self._known(part, one, scene))))
-            _try_step(other, self._known(part, other, other_scene))
+            mixed.append(deepcopy(_try_step(one, self._select_inputs(part, one, scene))))
+            _try_step(other, self._select_inputs(part, other, other_scene))
         differs = difference(alone, mixed)
         if differs:
             raise Fault(
@@ -226,7 +226,7 @@ class EstimatorChecks(Suite):
     def test_separate_results(self, part: Part) -> None:
         """A result does not change when the next frame is measured."""
         step = self._step(part)
-        first, second = (self._known(part, step, scene) for scene in self._scenes(part)[:2])
+        first, second = (self._select_inputs(part, step, scene) for scene in self._scenes(part)[:2])
         results = {type(result): result for result in _try_step(step, first)}
         before = copy_arrays(results)
         _try_step(step, second)
@@ -243,7 +243,7 @@ class EstimatorChecks(Suite):
     def test_inputs(self, part: Part) -> None:
         """Estimating does not change its inputs."""
         step = self._step(part)
-        given = writable(self._known(part, step, self._scenes(part)[0]))
+        given = writable(self._select_inputs(part, step, self._scenes(part)[0]))
         before = copy_arrays(given)
         _try_step(step, given)
         differs = difference(before, copy_arrays(given))
@@ -277,7 +277,7 @@ class EstimatorChecks(Suite):
                     "again when they are needed",
                 )
 
-    def _made(self, part: Part) -> Estimator:
+    def _make_estimator(self, part: Part) -> Estimator:
         try:
             made: Estimator = self.registered.make(part)
         except CannotCheck:
@@ -288,7 +288,7 @@ class EstimatorChecks(Suite):
 
     def _step(self, part: Part) -> Step:
         try:
-            step = declared_step(part.use, self._made(part))
+            step = declared_step(part.use, self._make_estimator(part))
         except PluginError as error:
             raise CannotCheck(f"see the check 'annotations': {error}") from error
         try:
@@ -300,13 +300,13 @@ class EstimatorChecks(Suite):
     def _scenes(self, part: Part) -> tuple[VirtualPress, ...]:
         return self.registered.rig(part).scenes
 
-    def _given(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
+    def _complete_inputs(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
         known = {**scene.truth, **self.inputs(scene)}
         context = self.registered.rig(part).context
         return complete_quantities(known, step.needs, self.registered, context, without=step.name)
 
-    def _known(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
-        given = self._given(part, step, scene)
+    def _select_inputs(self, part: Part, step: Step, scene: VirtualPress) -> GivenQuantities:
+        given = self._complete_inputs(part, step, scene)
         missing = step.missing(given)
         if missing is not None:
             raise CannotCheck(f"see the check 'annotations': {missing.__name__} is missing")
@@ -316,7 +316,8 @@ class EstimatorChecks(Suite):
         step = step or self._step(part)
         # Copies, so that a reused buffer fails only the check for it.
         return [
-            deepcopy(_try_step(step, self._known(part, step, scene))) for scene in self._scenes(part)
+            deepcopy(_try_step(step, self._select_inputs(part, step, scene)))
+            for scene in self._scenes(part)
         ]
 
 

@@ -51,7 +51,7 @@ class ImportChecks(Suite):
     @check()
     def test_light_import(self) -> None:
         """Loading a plugin's hooks imports no heavy package."""
-        found = self._imported()
+        found = self._import_offer()
         if found.heavy:
             raise Fault(
                 f"plugin {self.plugin!r}",
@@ -63,7 +63,7 @@ class ImportChecks(Suite):
     @check()
     def test_import_effects(self) -> None:
         """Importing the plugin prints nothing and does not change the process."""
-        found = self._imported()
+        found = self._import_offer()
         if found.heavy:
             raise CannotCheck(
                 "see the check 'light_import'; such packages have effects of their own"
@@ -80,7 +80,7 @@ class ImportChecks(Suite):
                 "logging.getLogger(__name__) and leave handlers to the program",
             )
 
-    def _imported(self) -> Imported:
+    def _import_offer(self) -> Imported:
         if self.registered.plugin is None:
             raise CannotCheck("see the check 'registration'")
         return import_offer(self.registered.plugin.offer, tuple(sys.path))
@@ -137,19 +137,19 @@ class Footprint:
     files: frozenset[tuple[str, str]]
 
     @classmethod
-    def now(cls) -> Footprint:
+    def take_snapshot(cls) -> Footprint:
         """Return the current threads and open files."""
         return cls(frozenset(threading.enumerate()), frozenset(_open_files()))
 
-    def left(self) -> str:
+    def find_leaks(self) -> str:
         """Return the threads and files that are new since the snapshot, or ""."""
         until = time.monotonic() + _GRACE_S
-        while (added := self._added()) and time.monotonic() < until:
+        while (added := self._describe_added()) and time.monotonic() < until:
             time.sleep(_POLL_S)
         return added
 
-    def _added(self) -> str:
-        now = Footprint.now()
+    def _describe_added(self) -> str:
+        now = Footprint.take_snapshot()
         threads = [f"the thread {thread.name!r}" for thread in now.threads - self.threads]
         files = [f"the open file {target}" for _, target in sorted(now.files - self.files)]
         return ", ".join(threads + files)

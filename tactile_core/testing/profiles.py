@@ -53,7 +53,7 @@ class ProfileChecks(Suite):
     @check(Registered.profiles)
     def test_profile_name(self, profile: ProfileFile) -> None:
         """Its name equals the file's name and is unique among the profiles."""
-        name = self._loaded(profile).name
+        name = self._load_profile(profile).name
         same = [e for e in list_profiles() if e.name == profile.path.stem]
         others = [e.origin for e in same if e.path.resolve() != profile.path.resolve()]
         if name != profile.path.stem:
@@ -88,7 +88,7 @@ class ProfileChecks(Suite):
     @check(Registered.profiles)
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Every step of its pipeline measures a virtual press, also after pickling."""
-        loaded = self._loaded(profile)
+        loaded = self._load_profile(profile)
         rig = full_rig(loaded)
         if rig is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
@@ -130,7 +130,7 @@ class ProfileChecks(Suite):
     @check(Registered.profiles)
     def test_virtual_sensor(self, profile: ProfileFile) -> None:
         """Its virtual sensor gives frames of the profile's size, and a press changes them."""
-        self._loaded(profile)
+        self._load_profile(profile)
         try:
             virtual_profile = load_profile(profile.path, sim=True)
             with Sensor(virtual_profile, reference=FIRST).open() as sensor:
@@ -157,7 +157,7 @@ class ProfileChecks(Suite):
                 do="check the camera under 'sim:' in the profile",
             )
 
-    def _loaded(self, profile: ProfileFile) -> Profile:
+    def _load_profile(self, profile: ProfileFile) -> Profile:
         try:
             return load_profile(profile.path)
         except ProfileError as error:

@@ -174,7 +174,7 @@ class Registered:
             return cls(self.options(part))
         return cls(self.options(part), context or self.rig(part).context)
 
-    def made(self, part: Part) -> Any:
+    def make_or_skip(self, part: Part) -> Any:
         """Construct a component.
 
         Raises
@@ -197,7 +197,7 @@ class Registered:
         CannotCheck
             Its construction fails.
         """
-        device: Device = self.made(part)
+        device: Device = self.make_or_skip(part)
         if isinstance(device, LightDriver) and (camera := self._companion(part)) is not None:
             try:
                 device.attach(camera)
@@ -234,7 +234,7 @@ class Registered:
         calibrator: Calibrator = self.make(part)
         return calibrator.fit(rig.presses, rig.reference)
 
-    def fitted(self, part: Part) -> Calibration:
+    def fit_once(self, part: Part) -> Calibration:
         """Return the calibration that all checks share; it is fitted once.
 
         Raises
@@ -263,7 +263,7 @@ class Registered:
         for profile in self.valid_profiles:
             camera = Part("camera", profile.camera.use)
             if _uses(profile, part) and camera in self.cameras():
-                made: Camera = self.made(camera)
+                made: Camera = self.make_or_skip(camera)
                 return made
         return None
 

@@ -190,7 +190,7 @@ class Rig:
         shear = np.array([1.0, 0.4]) * _SHEAR * (number + 1) / SCENES * min(self.shape)
         return np.asarray(np.exp(-far / reach**2) * shear)
 
-    def _sheared(
+    def _shear_markers(
         self, centre: tuple[float, float], number: int, time_s: float
     ) -> dict[type[Quantity], Quantity]:
         """Return the true markers and displacements when a sticking object at ``centre`` shears."""
@@ -230,14 +230,14 @@ class Rig:
             Gradients: Gradients(x, y, valid, scale, time_s),
             HeightMap: HeightMap(z, valid, scale, time_s, rest_mm),
             ContactMask: ContactMask(contact, scale, time_s),
-            **self._sheared(centre, number, time_s),
+            **self._shear_markers(centre, number, time_s),
         }
         return VirtualPress(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
         pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())
         printed = isinstance(self.profile.gel.markers, Markers)
-        finder = MarkerFinder.of(self.profile) if printed else None
+        finder = MarkerFinder.for_gel(self.profile) if printed else None
         return Frame(
             pixels,
             self.channels,

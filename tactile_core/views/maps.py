@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
-from tactile_core.views.shading import Rgb, colours, diverging_colours, sequential_colours, shade_heights
+from tactile_core.views.shading import (
+    Rgb,
+    colours,
+    diverging_colours,
+    sequential_colours,
+    shade_heights,
+)
 from tactile_core.views.sheet import SHEET, frame_picture
 
 _ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image

@@ -115,7 +115,9 @@ class SHADING:
     diverging_chroma = 0.17  # [ratio] Chroma of diverging colours at ±1
 
 
-def shade_heights(height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float) -> Rgb:
+def shade_heights(
+    height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float
+) -> Rgb:
     """Colour a height map by its height and shade it by its slope.
 
     The shading exaggerates faint relief, up to six times.

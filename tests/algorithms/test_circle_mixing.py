@@ -18,13 +18,13 @@ def distance_after(rounds: int, *, mixing: Mixing | None) -> float:
     place = np.zeros_like(GOAL)
     for _ in range(rounds):
         step = step_from(place)
-        place = place + (step if mixing is None else mixing.mixed(place, step))
+        place = place + (step if mixing is None else mixing.mix_step(place, step))
     return float(np.abs(place - GOAL).max())
 
 
 def test_the_first_step_is_as_it_is() -> None:
     step = step_from(np.zeros_like(GOAL))
-    assert np.array_equal(Mixing().mixed(np.zeros_like(GOAL), step), step)
+    assert np.array_equal(Mixing().mix_step(np.zeros_like(GOAL), step), step)
 
 
 def test_mixed_steps_converge_in_a_few_rounds_where_plain_ones_do_not() -> None:
@@ -36,11 +36,11 @@ def test_steps_of_one_speed_are_extended_to_the_goal() -> None:
     mixing, goal = Mixing(), np.array([3.0, -1.0])
     place = np.zeros(2)
     for _ in range(2):
-        place = place + mixing.mixed(place, 0.2 * (goal - place))
+        place = place + mixing.mix_step(place, 0.2 * (goal - place))
     assert np.abs(place - goal).max() < 10 * MIXING.ridge
 
 
 def test_where_nothing_moves_nothing_is_mixed() -> None:
     mixing, place = Mixing(), np.ones((2, 2))
     for _ in range(3):
-        assert np.array_equal(mixing.mixed(place, np.zeros((2, 2))), np.zeros((2, 2)))
+        assert np.array_equal(mixing.mix_step(place, np.zeros((2, 2))), np.zeros((2, 2)))

@@ -48,7 +48,7 @@ class Bench:
         return np.abs(np.array([circle.contact_radius_px for circle in circles]) - true)
 
     def starts(self, images: list[PressImage]) -> list[Start]:
-        return [Start.of(image, self.ball_px) for image in images]
+        return [Start.from_image(image, self.ball_px) for image in images]
 
     def find(self, images: list[PressImage]) -> list[Circle]:
         return find_circles(self.starts(images))
@@ -128,7 +128,7 @@ def test_a_larger_image_gives_the_same_circles(bench: Bench, circles: list[Circl
         return np.repeat(np.repeat(pixels, 2, axis=0), 2, axis=1)
 
     images = [PressImage(twice(p.pixels), twice(p.reference)) for p in bench.presses()]
-    found = find_circles([Start.of(image, 2 * bench.ball_px) for image in images])
+    found = find_circles([Start.from_image(image, 2 * bench.ball_px) for image in images])
     centres = (np.array([c.centre_px for c in found]) - 0.5) / 2
     assert np.abs(centres - [c.centre_px for c in circles]).max() < 0.2
 
@@ -191,7 +191,7 @@ def test_balls_of_two_sizes_are_found_together(bench: Bench) -> None:
         for ball, size in zip(bench.balls, sizes, strict=True)
     ]
     starts = [
-        Start.of(bench.image(ball, seed), size * bench.ball_px)
+        Start.from_image(bench.image(ball, seed), size * bench.ball_px)
         for seed, (ball, size) in enumerate(zip(balls, sizes, strict=True))
     ]
     found = find_circles(starts)

@@ -160,7 +160,7 @@ def test_few_markers_give_a_finite_field(left: int) -> None:
 
 def test_the_field_is_supported_near_seen_markers_only() -> None:
     seen = MARKERS[:, 0] < 60
-    valid = surface().supported(MARKERS, seen)
+    valid = surface().find_valid_area(MARKERS, seen)
     assert valid[:, :52].all()
     assert not valid[:, 75:].any()
 
@@ -201,7 +201,7 @@ def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distanc
     layer = LayerResponse((rows, columns), everywhere, cell_mm=(side_mm, side_mm), elastomer=gel)
     x, y = (side_mm * (np.arange(n) - n / 3).astype(np.float32) for n in (columns, rows))
     one = np.exp(-((x - 1) ** 2) - ((y[:, None] + 0.5) ** 2) / 2).astype(np.float32)
-    uniform, by_x, by_y = (layer.displaced(t) for t in (one, one * x, one * y[:, None]))
+    uniform, by_x, by_y = (layer.apply_traction(t) for t in (one, one * x, one * y[:, None]))
     (xx_x, yy_x, *_, xy_x, _, _), (xx_y, yy_y, *_, xy_y, _, _) = by_x, by_y
     fields = ElasticFields(uniform, x, y)
     torsion, expansion = (fields.total(strength) for strength in np.eye(4)[2:])
@@ -228,12 +228,12 @@ def test_the_share_of_each_cell_is_that_of_its_pixels(shape: tuple[int, int]) ->
 
 def test_a_field_that_stays_valid_is_the_same_array() -> None:
     ours = surface()
-    valid = ours.supported(MARKERS, ALL)
-    assert ours.supported(MARKERS + 0.1, ALL) is valid
+    valid = ours.find_valid_area(MARKERS, ALL)
+    assert ours.find_valid_area(MARKERS + 0.1, ALL) is valid
     assert not valid.flags.writeable
     seen = MARKERS[:, 0] < 60
-    assert not ours.supported(MARKERS, seen).all()
-    assert ours.supported(MARKERS, ALL).all()
+    assert not ours.find_valid_area(MARKERS, seen).all()
+    assert ours.find_valid_area(MARKERS, ALL).all()
 
 
 def _at(field: NDArray[np.float32], points: Array) -> Array:
@@ -261,7 +261,7 @@ def test_errors_of_a_smooth_field_are_about_a_standard_deviation(seed: int) -> N
         return 0.05 * np.stack(list(waves), -1)
 
     moved_px = field(*MARKERS.T) / SCALE_MM + rng.normal(0, 0.1, MARKERS.shape)
-    found = surface().measured(MARKERS + moved_px, ALL)
+    found = surface().measure_field(MARKERS + moved_px, ALL)
     std_mm = np.median(found.std_cells_mm)
     rows, columns = found.cells_mm.shape[:2]
     x, y = np.meshgrid((np.arange(columns) + 0.5) * 160 / columns, np.arange(rows) * 120 / rows)
@@ -270,5 +270,5 @@ def test_errors_of_a_smooth_field_are_about_a_standard_deviation(seed: int) -> N
 
 
 def test_a_surface_that_does_not_move_is_as_certain_as_its_markers() -> None:
-    found = surface().measured(MARKERS, ALL)
+    found = surface().measure_field(MARKERS, ALL)
     np.testing.assert_allclose(found.std_cells_mm, 0.06 * SCALE_MM, rtol=1e-5)

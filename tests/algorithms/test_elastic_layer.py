@@ -112,7 +112,7 @@ def test_products_with_waves_are_fourier_transforms(
 ) -> None:
     part = min(part[0], whole[0]), min(part[1], whole[1])
     field = np.random.default_rng(seed).standard_normal((2, *part))
-    products = WaveProducts.of(part, whole, np.float64)
+    products = WaveProducts.for_part(part, whole, np.float64)
     waves = np.fft.rfft2(field, s=whole, axes=(-2, -1))
     np.testing.assert_allclose(products.forward(field), waves, atol=1e-12)
     np.testing.assert_allclose(products.inverse(waves), field, atol=1e-12)

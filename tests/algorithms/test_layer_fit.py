@@ -28,7 +28,7 @@ def fitted(
     x, y, indentation = ElasticLayer(GRID, GEL, np.float64).displacement(TRACTION, PRESSURE)
     # the height of what touches is free of the bulge that shear causes beside it
     measured = Deformation(np.where(CONTACT, indentation, 0), np.stack([x, y]), valid, CONTACT)
-    return LayerFit(GRID, nominal, tolerance).fit(measured, Shares.of(CONTACT, CELL_MM))
+    return LayerFit(GRID, nominal, tolerance).fit(measured, Shares.from_contact(CONTACT, CELL_MM))
 
 
 @pytest.mark.parametrize("thickness_mm", [1.8, 2.0, 2.2])
@@ -44,7 +44,11 @@ def test_thickness_and_poisson_s_ratio_come_back_and_so_does_the_force(
 
 
 def test_the_field_corrects_the_height_of_a_light_touch_more_than_of_a_deep_one() -> None:
-    layer, shares, shown = ElasticLayer(GRID, GEL, np.float64), Shares.of(CONTACT, CELL_MM), []
+    layer, shares, shown = (
+        ElasticLayer(GRID, GEL, np.float64),
+        Shares.from_contact(CONTACT, CELL_MM),
+        [],
+    )
     for share in (0.25, 1.0):
         pressure = share * PRESSURE
         x, y, indentation = layer.displacement(share * TRACTION, pressure)

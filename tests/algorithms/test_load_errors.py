@@ -32,7 +32,7 @@ def fitted(
     moved = layer.displacement(traction, pressure_mpa * contact)
     moved[:2] += np.random.default_rng(0).normal(0, noise_mm, (2, *SHAPE))
     measured = Deformation(moved[2], moved[:2], EVERYWHERE, contact)
-    loads = surface_loads(layer, measured, Shares.of(contact, CELL_MM), CELL_MM)
+    loads = surface_loads(layer, measured, Shares.from_contact(contact, CELL_MM), CELL_MM)
     return FittedLayer(GEL, loads, np.zeros((4, 4))), measured
 
 

@@ -34,7 +34,7 @@ def test_matches_are_mutual_nearest_neighbours(seed: int, found: int, within: fl
 
 
 def test_extrapolation_gets_worse_with_distance() -> None:
-    around = Neighbourhood.of(PLACES)
+    around = Neighbourhood.from_places(PLACES)
     column = PLACES[:, 0] / PITCH_PX
     inner = (PLACES[:, 1] > 2 * PITCH_PX) & (PLACES[:, 1] < 6 * PITCH_PX)
     beyond = around.extrapolation(column <= 5)

@@ -41,7 +41,7 @@ def test_smoothing_keeps_a_uniform_image_and_its_dtype(dtype: type) -> None:
 def test_smoothing_has_the_requested_standard_deviation(blur_px: float) -> None:
     point = np.zeros((81, 81, 1), np.float32)
     point[40, 40] = 1
-    spread = Smoothing.of(None, blur_px).apply(point, None)[..., 0].sum(0)
+    spread = Smoothing.from_sigma(None, blur_px).apply(point, None)[..., 0].sum(0)
     deviation = np.sqrt((spread * (np.arange(81) - 40) ** 2).sum())
     # the sides of boxes are odd: 1, 3, 5 …
     assert abs(deviation - blur_px) < 0.75
@@ -58,7 +58,7 @@ def test_any_number_of_channels_is_smoothed_and_filled() -> None:
     marker_mask = np.zeros((40, 50), bool)
     marker_mask[10:16, 10:16] = True
     pixels = np.where(marker_mask[..., None], 5, np.full((40, 50, 6), 90)).astype(np.uint8)
-    smoothed = Smoothing.of(marker_mask, 2.0).apply(pixels, marker_mask)
+    smoothed = Smoothing.from_sigma(marker_mask, 2.0).apply(pixels, marker_mask)
     np.testing.assert_allclose(smoothed.astype(int), 90, atol=1)
 
 

@@ -11,7 +11,7 @@ from tactile_core.algorithms.sampling import Sampling
 
 
 def there_and_back(image, blur_px):
-    sampling = Sampling.of(image.shape, None, blur_px)
+    sampling = Sampling.for_shape(image.shape, None, blur_px)
     (plane,) = sampling.planes(image[..., None], None)
     return interpolate_cells(plane, sampling.step, image.shape)
 
@@ -48,7 +48,7 @@ def test_little_smoothing_keeps_every_pixel():
 
 def test_the_coarse_grid_is_as_smooth_as_the_full_size():
     noise = np.random.default_rng(0).normal(size=(240, 320)).astype(np.float32)
-    full = Smoothing.of(None, 2.0).apply(noise[..., None], None)[..., 0]
+    full = Smoothing.from_sigma(None, 2.0).apply(noise[..., None], None)[..., 0]
     coarse = there_and_back(noise, 2.0)
     assert coarse.std() == pytest.approx(full.std(), rel=0.25)
     assert np.corrcoef(coarse.ravel(), full.ravel())[0, 1] > 0.95
@@ -59,7 +59,7 @@ def test_markers_are_filled_before_averaging():
     marker_mask = np.zeros((80, 80), bool)
     marker_mask[38:43, 38:43] = True
     image[marker_mask] = 0
-    sampling = Sampling.of((80, 80), marker_mask, 2.0)
+    sampling = Sampling.for_shape((80, 80), marker_mask, 2.0)
     for plane in sampling.planes(image, marker_mask):
         assert plane.min() >= 99
 
@@ -70,7 +70,7 @@ def test_all_channels_at_once_give_what_each_gives_by_itself(shape, blur_px):
     image = np.random.default_rng(0).integers(0, 256, (*shape, 3)).astype(np.uint8)
     marker_mask = np.zeros(shape, bool)
     marker_mask[30:40, 50:60] = True
-    sampling = Sampling.of(shape, marker_mask, blur_px)
+    sampling = Sampling.for_shape(shape, marker_mask, blur_px)
     together = sampling.smooth(image, marker_mask)
     planar = np.ascontiguousarray(image.transpose(2, 0, 1)).transpose(1, 2, 0)
     np.testing.assert_array_equal(sampling.smooth(planar, marker_mask), together)
@@ -79,8 +79,8 @@ def test_all_channels_at_once_give_what_each_gives_by_itself(shape, blur_px):
 
 def test_the_result_owns_its_memory():
     image = np.full((20, 30, 3), 50, np.uint8)
-    before = Sampling.of((20, 30), None, 0.0).planes(image, None)
-    Sampling.of((20, 30), None, 0.0).planes(image + np.uint8(100), None)
+    before = Sampling.for_shape((20, 30), None, 0.0).planes(image, None)
+    Sampling.for_shape((20, 30), None, 0.0).planes(image + np.uint8(100), None)
     assert all((plane == 50).all() for plane in before)
 
 
@@ -89,7 +89,7 @@ def test_the_surface_next_to_a_marker_is_kept():
     surface = (100 + 40 * np.sin(rows / 6) * np.cos(columns / 6))[..., None]
     marker_mask = np.zeros((96, 96), bool)
     marker_mask[8:88, 41:44] = True  # a coarse pixel next to it is half marker, half gel surface
-    sampling = Sampling.of((96, 96), marker_mask, 2.0)
+    sampling = Sampling.for_shape((96, 96), marker_mask, 2.0)
     (seen,) = sampling.planes(np.where(marker_mask[..., None], np.float32(0), surface), marker_mask)
     (bare,) = sampling.planes(surface, None)
     error = (seen - bare)[6:42]

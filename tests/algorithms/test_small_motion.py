@@ -49,7 +49,7 @@ def test_markers_are_followed_together_as_one_by_one(
 
 
 def test_a_smooth_step_is_followed_and_predicts_the_next() -> None:
-    around, step_px = Neighbourhood.of(REST_PX), np.array([3.0, 1.0])
+    around, step_px = Neighbourhood.from_places(REST_PX), np.array([3.0, 1.0])
     followed = steady(around, REST_PX, NONE_PX, (REST_PX + step_px)[::-1])
     assert followed is not None
     px, momentum_px = followed
@@ -59,7 +59,7 @@ def test_a_smooth_step_is_followed_and_predicts_the_next() -> None:
 
 @pytest.mark.parametrize("fault", ["missing", "outlier", "far", "twice"])
 def test_another_step_is_not(fault: str) -> None:
-    around, found = Neighbourhood.of(REST_PX), REST_PX.copy()
+    around, found = Neighbourhood.from_places(REST_PX), REST_PX.copy()
     if fault == "missing":
         found[20] = [-500.0, -500.0]
     elif fault == "outlier":

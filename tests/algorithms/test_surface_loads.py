@@ -47,7 +47,7 @@ def loads(
     """The loads that are found in the displacement that these cause."""
     shift = layer.displacement(traction, pressure)[:2]
     measured = Deformation(layer.indentation(pressure), shift, valid, contact)
-    return surface_loads(layer, measured, Shares.of(contact, CELL_MM), CELL_MM)
+    return surface_loads(layer, measured, Shares.from_contact(contact, CELL_MM), CELL_MM)
 
 
 def total(traction: np.ndarray, pressure: np.ndarray = NOTHING) -> list[float]:
@@ -101,7 +101,7 @@ def test_a_contact_that_sticks_holds_the_gel_back(layer: ElasticLayer) -> None:
     inward = -0.04 * np.stack([X - 1, Y + 0.5]) / 2.5 * CONTACT
     moved = layer.displacement(inward, pressure)
     measured = Deformation(moved[2], moved[:2], EVERYWHERE, CONTACT)
-    shares = Shares.of(CONTACT, CELL_MM)
+    shares = Shares.from_contact(CONTACT, CELL_MM)
     true_n = pressure.sum() * CELL_MM**2
     found, errors = None, []
     for _ in range(4):
@@ -133,7 +133,7 @@ def test_a_traction_comes_back_beside_the_spread_of_the_pressure(
     turned = np.stack([0.02 - 0.01 * (Y + 0.5), 0.01 * (X - 1) - 0.015]) * CONTACT
     found = loads(layer, turned, pressure)
     np.testing.assert_allclose(found.resultant, total(turned, pressure), rtol=0.02)
-    traction = found.traction_mpa(Shares.of(CONTACT, CELL_MM))
+    traction = found.traction_mpa(Shares.from_contact(CONTACT, CELL_MM))
     np.testing.assert_allclose(traction[:, CONTACT], turned[:, CONTACT], atol=2e-3)
     assert np.abs(found.unexplained_mm).max() < 0.02 * np.abs(layer.shift(turned)).max()
 
@@ -162,7 +162,7 @@ def test_the_spread_shows_by_which_factor_the_height_is_wrong(
     sheared = np.stack([0.02 * CONTACT, NOTHING])
     shift = layer.displacement(sheared, pressure)[:2]
     measured = Deformation(factor * layer.indentation(pressure), shift, EVERYWHERE, CONTACT)
-    shares = Shares.of(CONTACT, CELL_MM)
+    shares = Shares.from_contact(CONTACT, CELL_MM)
     true = total(sheared, pressure)
     fitted = surface_loads(layer, measured, shares, CELL_MM, held_mm2=0.0)
     np.testing.assert_allclose(fitted.resultant[[0, 2]], [true[0], true[2]], rtol=0.03)
@@ -175,7 +175,7 @@ def test_noise_of_the_displacement_gives_the_force_the_stated_standard_deviation
     layer: ElasticLayer,
 ) -> None:
     rng = np.random.default_rng(1)
-    shares = Shares.of(CONTACT, CELL_MM)
+    shares = Shares.from_contact(CONTACT, CELL_MM)
     found = []
     for _ in range(60):
         noise = rng.normal(0, 1e-3, (2, *SHAPE))

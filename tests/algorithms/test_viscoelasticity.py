@@ -19,9 +19,9 @@ def _strained(durations: list[float], positions: list[float]) -> tuple[float, fl
     load = left = 0.0
     for seconds, position in zip(durations, positions, strict=True):
         time = TimeStep(BRANCHES, seconds)
-        left = float(time.remembered(u, stretches)[0, 0, 0])
+        left = float(time.residual_displacement(u, stretches)[0, 0, 0])
         new = np.full_like(u, position)
-        stretches = time.stretched(stretches, new - u)
+        stretches = time.advance_stretches(stretches, new - u)
         load = time.stiffening * (position - left)
         u = new
     return load, left
@@ -50,12 +50,12 @@ def test_the_relaxed_layer_is_elastic() -> None:
 def test_an_unloaded_gel_recovers_slowly() -> None:
     u, stretches = np.zeros((3, 1, 1)), np.zeros((2, 3, 1, 1))
     held = TimeStep(BRANCHES, 100.0)
-    stretches, u = held.stretched(stretches, np.ones_like(u)), np.ones_like(u)
+    stretches, u = held.advance_stretches(stretches, np.ones_like(u)), np.ones_like(u)
     places = []
     for seconds in (0.0, 0.1, 1.0, 10.0, 1e4):
         step = TimeStep(BRANCHES, seconds)
-        left = step.remembered(u, stretches)
-        stretches, u = step.stretched(stretches, left - u), left
+        left = step.residual_displacement(u, stretches)
+        stretches, u = step.advance_stretches(stretches, left - u), left
         places.append(float(u[0, 0, 0]))
     assert places == sorted(places, reverse=True)
     assert 0.05 < places[0] < 0.5

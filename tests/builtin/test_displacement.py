@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 @cache
 def _rest_px() -> Array:
-    printed = MarkerPrint.of(PROFILE, Faults(), seed=0)
+    printed = MarkerPrint.from_profile(PROFILE, Faults(), seed=0)
     assert printed is not None
     inside = ((printed.rest_px >= 0) & (printed.rest_px <= np.array(SHAPE[::-1]) - 1)).all(1)
     return printed.rest_px[inside]

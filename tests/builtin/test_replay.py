@@ -74,10 +74,10 @@ def test_a_closed_camera_does_not_play(folder: Path) -> None:
 def test_a_light_driver_without_a_camera_to_pair_is_refused_with_what_to_do() -> None:
     rig = load_profile("desktop_six_led")
     with pytest.raises(InputError, match=r"light driver.*name the camera in 'camera'.*--input"):
-        ReplayCamera.of(ReplayOptions(), rig).open()
+        ReplayCamera.for_build(ReplayOptions(), rig).open()
 
 
 def test_a_recording_needs_no_lights(folder: Path) -> None:
     rig = load_profile("desktop_six_led")
-    with ReplayCamera.of(ReplayOptions(path=folder), rig) as camera:
+    with ReplayCamera.for_build(ReplayOptions(path=folder), rig) as camera:
         assert camera.read() is not None

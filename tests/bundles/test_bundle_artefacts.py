@@ -15,7 +15,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.errors import CalibrationError, PluginError, PluginFault
-from tactile_core.interfaces.section import Artefact
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.registry import registered_name, resolve
 from tactile_core.quantities import HeightMap

@@ -24,7 +24,9 @@ def test_without_a_file_nothing_is_claimed(tmp_path: Path) -> None:
 
 def test_what_is_written_is_read_and_readable(tmp_path: Path) -> None:
     path = tmp_path / "data" / "claims.json"
-    claims = Claims().given("F12", "camera", C310).given("F12", "light_driver", NAMELESS)
+    claims = (
+        Claims().give_device("F12", "camera", C310).give_device("F12", "light_driver", NAMELESS)
+    )
     write_claims(claims, path)
     assert read_claims(path) == claims
     assert json.loads(path.read_text())["units"]["F12"]["light_driver"] == {
@@ -82,10 +84,10 @@ def test_no_device_belongs_to_two_units_and_the_last_claim_holds(
 ) -> None:
     claims = Claims()
     for unit, kind, claim in steps:
-        claims = claims.given(unit, kind, claim)
-        assert claims.of(unit)[kind] == claim
+        claims = claims.give_device(unit, kind, claim)
+        assert claims.devices_of(unit)[kind] == claim
     for kind in KINDS:
         held = [devices[kind] for devices in claims.units.values() if kind in devices]
         assert len(set(held)) == len(held)
     for unit in ("left", "right", "third"):
-        assert claims.without(unit).of(unit) == {}
+        assert claims.remove_unit(unit).devices_of(unit) == {}

@@ -143,7 +143,7 @@ def test_bands_neither_overlap_nor_touch(tmp_path: Path) -> None:
     target = HeightTarget.read(written(tmp_path, hills((192, 128))), frame((192, 128)), blur_px=2)
     bands = blocks(target)
     assert len(bands) == 5
-    rows = [np.flatnonzero(band.scored().any(axis=1)) for band in bands]
+    rows = [np.flatnonzero(band.scored_area().any(axis=1)) for band in bands]
     for above, below in pairwise(rows):
         assert below[0] - above[-1] > 2 * 2
 

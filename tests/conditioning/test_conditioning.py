@@ -19,7 +19,7 @@ def shown(pixels: np.ndarray, lab: VirtualLab) -> Frame:
 
 def conditioning(lab: VirtualLab, *, compensates: bool = True) -> Conditioning:
     reference = Reference(lab.image(None).astype(np.float32), NAMES)
-    return Conditioning.of(lab.profile, reference, compensates=compensates)
+    return Conditioning.for_build(lab.profile, reference, compensates=compensates)
 
 
 def brighter(lab: VirtualLab) -> Frame:
@@ -41,13 +41,13 @@ def test_a_model_with_its_own_compensation_gets_the_original_pixels(
 
 def test_without_a_reference_nothing_is_compensated(lab: VirtualLab) -> None:
     frame = brighter(lab)
-    assert Conditioning.of(lab.profile, None, compensates=True)(frame).pixels is frame.pixels
+    assert Conditioning.for_build(lab.profile, None, compensates=True)(frame).pixels is frame.pixels
 
 
 def test_a_pipeline_measures_the_frame_that_a_calibration_is_fitted_on(lab: VirtualLab) -> None:
     pipeline = Pipeline(lab.profile, lab.bundle)
     assert pipeline.bundle is not None
-    fitted = Conditioning.of(lab.profile, pipeline.bundle.reference, compensates=True)
+    fitted = Conditioning.for_build(lab.profile, pipeline.bundle.reference, compensates=True)
     measured = pipeline.process(brighter(lab)).frame
     np.testing.assert_array_equal(measured.pixels, fitted(brighter(lab)).pixels)
 
@@ -57,7 +57,7 @@ def test_hidden_pixels_are_those_of_the_reference(lab: VirtualLab) -> None:
     hidden[:, :40] = True
     damaged = lab.image(None).copy()
     damaged[hidden] = 0
-    seen = conditioning(lab).without(shown(damaged, lab), hidden)
+    seen = conditioning(lab).condition_without(shown(damaged, lab), hidden)
     assert np.abs(seen.pixels.astype(float) - lab.image(None)).max() <= 2
 
 
@@ -66,7 +66,7 @@ def test_a_reference_is_verified_against_the_trusted_one(lab: VirtualLab) -> Non
     known = Reference(lab.image(None).astype(np.float32), NAMES)
     swapped = replace(known, pixels=known.pixels[..., [1, 0, 2]])
     frame = replace(shown(lab.image(None), lab), exposure_times_s=times)
-    condition = Conditioning.of(lab.profile, swapped, compensates=False, known=known)
+    condition = Conditioning.for_build(lab.profile, swapped, compensates=False, known=known)
     with pytest.raises(SequenceError, match=r"the reference: .*shows light"):
         condition(frame)
-    condition.against(known)(frame)
+    condition.with_reference(known)(frame)

@@ -207,7 +207,7 @@ def test_more_light_than_is_compensated_is_no_light_of_the_calibration(
 ) -> None:
     rig = RIGS[0]
     brighter = altered(rest(rig), lambda p: np.clip(np.rint(p * gain), 0, 255).astype(np.uint8))
-    conditioned = DriftCompensator(reference(rig)).compensated(brighter)
+    conditioned = DriftCompensator(reference(rig)).compensate_frame(brighter)
     assert replace(check(rig), compensated=True)(conditioned).this_gel == shown
 
 

@@ -16,16 +16,18 @@ PRINTED = Gel(markers=Markers(pitch_mm=1.0, diameter_mm=0.4))
 
 
 def test_a_gel_without_markers_needs_no_finder() -> None:
-    assert MarkerFinder.of(SimpleNamespace(gel=Gel(), image=IMAGE)) is None
+    assert MarkerFinder.for_gel(SimpleNamespace(gel=Gel(), image=IMAGE)) is None
 
 
 def test_millimetres_of_the_gel_become_pixels_of_the_image() -> None:
-    assert MarkerFinder.of(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkerFinder(8.0, 20.0)
+    assert MarkerFinder.for_gel(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkerFinder(
+        8.0, 20.0
+    )
 
 
 def test_markers_of_unknown_size_need_a_reference() -> None:
     with pytest.raises(InputError, match="--reference"):
-        MarkerFinder.of(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
+        MarkerFinder.for_gel(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
 
 
 def test_the_mask_covers_the_markers_and_little_else() -> None:
@@ -33,7 +35,7 @@ def test_the_mask_covers_the_markers_and_little_else() -> None:
     printed = np.hypot((x % 20) - 10, (y % 20) - 10) <= 4
     pixels = np.where(printed, 40, 160).astype(np.uint8)[..., np.newaxis].repeat(3, 2)
     found = MarkerFinder(8.0, 20.0)
-    marked = found.marked(Frame(pixels, ("red", "green", "blue"), IMAGE.mm_per_px))
+    marked = found.mask_frame(Frame(pixels, ("red", "green", "blue"), IMAGE.mm_per_px))
     assert marked.marker_mask is not None
     assert marked.marker_mask[printed].all()
     assert marked.marker_mask.mean() < 2 * printed.mean()

@@ -69,7 +69,7 @@ def test_the_header_gives_the_kind_of_the_decoded_pixels(
     path = tmp_path / name
     cv2.imwrite(str(path), noise(shape, np.uint8))
     kind = image_kind(path)
-    assert kind == ImageKind.of(read_image(path))
+    assert kind == ImageKind.from_pixels(read_image(path))
     assert (kind.width_px, kind.height_px, kind.bits) == (7, 5, 8)
 
 
@@ -304,7 +304,7 @@ def test_every_kind_of_recorded_image_is_read(recordings: Path) -> None:
     }
     for name, kind in kinds.items():
         found = image_kind(recordings / name)
-        assert found == ImageKind.of(read_image(recordings / name))
+        assert found == ImageKind.from_pixels(read_image(recordings / name))
         assert kind in (None, found)
 
 

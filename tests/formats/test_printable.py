@@ -33,7 +33,12 @@ def test_a_large_value_is_shortened_without_formatting_it_fully(value: object) -
 
 @pytest.mark.parametrize("text", ["\x1b[31m", "a\nb", "\u2028", "\x85", "\udcff", "\x07", "\u202e"])
 def test_control_characters_are_escaped(text: str) -> None:
-    for safe in (printable(text), shorten_repr(text), shorten_repr([text]), shorten_repr({text: text})):
+    for safe in (
+        printable(text),
+        shorten_repr(text),
+        shorten_repr([text]),
+        shorten_repr({text: text}),
+    ):
         assert safe.isprintable()
         assert "\\" in safe
     assert printable("Fläche: 3 mm²") == "Fläche: 3 mm²"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.formats.files import remove_leftovers, find_replaced, temporary_path
+from tactile_core.formats.files import find_replaced, remove_leftovers, temporary_path
 
 LEAVES = """
 import sys

@@ -85,13 +85,13 @@ def test_closing_a_stalled_camera_takes_at_most_two_seconds(bus: Bus) -> None:
 
 
 def test_a_camera_that_does_not_fit_on_the_bus_says_what_to_do(bus: Bus) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     bus.ask(FIRST, "crowd", 1)
     with camera_of(LIT) as camera:
         with pytest.raises(DeviceError, match=r"share its\s+bandwidth.*another port"):
             camera_of(FIRST).open()
         assert camera.read(PATIENCE_S) is not None
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_second_program_is_refused_with_the_name_of_the_first(bus: Bus) -> None:
@@ -106,13 +106,13 @@ def test_a_second_program_is_refused_with_the_name_of_the_first(bus: Bus) -> Non
 
 
 def test_a_camera_whose_program_was_killed_opens_again(bus: Bus) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     for _ in range(2):
         with another_process(lambda: read_until_it_fails(camera_of().open(), PATIENCE_S)):
             wait_for(lambda: is_streaming(bus))
         with camera_of() as camera:
             assert camera.read(PATIENCE_S) is not None
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def is_streaming(bus: Bus) -> bool:
@@ -125,7 +125,7 @@ def is_streaming(bus: Bus) -> bool:
 def test_unplugged_at_any_moment_is_lost_within_two_seconds_and_opens_after_a_new_plug(
     bus: Bus,
 ) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     random = np.random.default_rng(1)
     camera = camera_of()
     took_s = []
@@ -146,4 +146,4 @@ def test_unplugged_at_any_moment_is_lost_within_two_seconds_and_opens_after_a_ne
         assert camera.read(PATIENCE_S) is not None
     print(f"{UNPLUGS} times lost after at most {max(took_s):.2f} s", file=sys.stderr)
     assert max(took_s) < LOST_S
-    assert before.left() == ""
+    assert before.find_leaks() == ""

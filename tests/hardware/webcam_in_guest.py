@@ -62,7 +62,7 @@ def test_every_image_that_the_camera_sent_is_read_in_order(
 ) -> None:
     # emulated processors decode eight images a second, and the claim is about acquisition
     monkeypatch.setattr(encoded_image, "decode_image", lambda *_: np.zeros((1, 1, 3), np.uint8))
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     camera = camera_of(width_px=WIDTH, height_px=HEIGHT, fps=FPS)
     camera.set_drop("never")
     with camera:
@@ -85,7 +85,7 @@ def test_every_image_that_the_camera_sent_is_read_in_order(
     np.testing.assert_array_equal(np.diff(numbers), 1)
     assert (statistics.dropped, statistics.torn, statistics.repeated) == (0, 0, 0)
     assert np.all(np.diff(times) > 0)
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_settings_are_locked_in_the_camera_itself_and_read_back(bus: Bus) -> None:
@@ -116,7 +116,7 @@ def test_settings_are_locked_in_the_camera_itself_and_read_back(bus: Bus) -> Non
 def test_what_the_camera_refuses_is_one_sentence(
     bus: Bus, options: dict[str, object], message: str
 ) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with pytest.raises(DeviceError, match=message):
         camera_of(**options).open()
-    assert before.left() == ""
+    assert before.find_leaks() == ""

@@ -11,7 +11,7 @@ import pytest
 from tactile_core.errors import InputError
 from tactile_core.live.guiding import Gate, names_of, own_token
 
-GATE = Gate.at("secret", 8750, ["127.0.0.1", "localhost"])
+GATE = Gate.for_port("secret", 8750, ["127.0.0.1", "localhost"])
 
 
 def test_who_knows_the_token_and_comes_from_the_page_comes_in() -> None:
@@ -83,6 +83,6 @@ def test_every_address_has_no_names(host: str) -> None:
 
 
 def test_an_address_of_the_newer_kind_is_in_brackets() -> None:
-    gate = Gate.at("secret", 80, ["::1"])
+    gate = Gate.for_port("secret", 80, ["::1"])
     assert gate.refusal("/secret/", "[::1]:80", None) == ""
     assert gate.refusal("/secret/", "[::1]", None) == ""

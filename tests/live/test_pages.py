@@ -375,7 +375,7 @@ def test_a_calibration_is_led_saved_and_used(
     manifest = Bundle.load(bundle).manifest
     assert (manifest.profile, manifest.measured_with) == ("virtual_lab", "ring gauge")
     (session,) = virtual.live.out.glob("*_calibration.mcap")
-    presses = GuidedSession.of(session)
+    presses = GuidedSession.from_recording(session)
     assert presses is not None
     assert len(presses.stamps_s) >= 3
 

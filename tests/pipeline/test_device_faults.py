@@ -61,14 +61,14 @@ def test_a_stall_times_out_and_closing_darkens_the_lights(tmp_path: Path, box: L
             exchange.send_image(jpeg(number := (number + 1) % 250))
         exchange.stall()
 
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with MjpegServer(answer) as server, opened(tmp_path, server.url, box) as sensor:
         sensor.read()
         stalled.set()
         done = within(LIMIT_S, lambda: read_until_it_fails(sensor))
         assert isinstance(done.error, CameraTimeout)
     assert box.levels[-1] == DARK
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def read_until_it_fails(sensor: Sensor) -> None:
@@ -79,7 +79,7 @@ def read_until_it_fails(sensor: Sensor) -> None:
 def test_a_silent_box_is_an_error_and_the_camera_is_closed(
     tmp_path: Path, url: str, box: LightBox
 ) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with opened(tmp_path, url, box) as sensor:
         sensor.read()
         box.answer = lambda words: b""
@@ -88,7 +88,7 @@ def test_a_silent_box_is_an_error_and_the_camera_is_closed(
         assert "does not answer within 0.5 s" in str(done.error)
         closing = within(LIMIT_S, sensor.close)
         assert closing.ended
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     box.answer = box.proper
     with opened(tmp_path, url, box) as sensor:
         sensor.read()
@@ -150,7 +150,7 @@ def test_an_interrupt_within_a_request_darkens_the_lights(
 ) -> None:
     from tactile_core.builtin.leds.serial_link import SerialLink
 
-    acknowledged = SerialLink._acknowledged
+    acknowledged = SerialLink._await_answer
 
     def interrupted(link: SerialLink, *arguments: Any) -> bool:
         if threading.current_thread() is not threading.main_thread():

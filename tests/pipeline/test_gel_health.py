@@ -38,7 +38,7 @@ def undeformed(lab: VirtualLab, count: int = 6) -> list[np.ndarray]:
 def test_a_healthy_gel_has_no_warning(lab: VirtualLab, pipeline: Pipeline) -> None:
     health = judged(pipeline, undeformed(lab))
     assert [found.verdict for found in health.lights().values()] == ["ok"] * 3
-    assert health.saturated().verdict == "ok"
+    assert health.judge_saturation().verdict == "ok"
     assert health.markers().verdict == "unknown"
 
 
@@ -68,7 +68,7 @@ def test_under_a_contact_the_light_is_that_of_the_undeformed_surface(
 def test_saturation_is_that_of_the_latest_frame(lab: VirtualLab, pipeline: Pipeline) -> None:
     bright = undeformed(lab, 2)
     bright[1][:30] = 255
-    found = judged(pipeline, bright).saturated()
+    found = judged(pipeline, bright).judge_saturation()
     assert found.value == pytest.approx(0.25)
     assert found.message == "25% of the frame is saturated; shorten the exposure"
 

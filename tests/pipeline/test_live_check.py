@@ -66,11 +66,11 @@ def test_a_spoilt_observation_is_dropped_and_the_next_reading_says_so() -> None:
     assert frame is not None
     assert frame.sequence == 2
     assert (frame.pixels == first.pixels).all()
-    there, dropped = check.noted(reading(frame)).warnings
+    there, dropped = check.add_warnings(reading(frame)).warnings
     assert there == "already there"
     assert "the exposure of light 'led2' shows light 'led5'" in dropped
     assert dropped.endswith("; it was dropped")
-    assert check.noted(reading(frame)).warnings == ("already there",)
+    assert check.add_warnings(reading(frame)).warnings == ("already there",)
     assert acquisition.stamp_delay_s is None  # from now on with the widest margin
 
 

@@ -79,7 +79,7 @@ def fingers(
         profile = load_profile(folder / "bare_finger.yaml", overrides={"camera": camera})
         return open_sensor(profile, timeout_s=timeout_s)
 
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with (
         MjpegServer(fast) as one,
         MjpegServer(slow) as other,
@@ -87,7 +87,7 @@ def fingers(
     ):
         ticks.begin()
         yield ticks, group
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def shown(frame: Frame) -> int:

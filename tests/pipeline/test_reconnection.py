@@ -93,7 +93,7 @@ def test_a_camera_that_comes_back_is_read_on(
 ) -> None:
     resumed: list[Pipeline] = []
     monkeypatch.setattr(Pipeline, "resume", lambda pipeline: resumed.append(pipeline))
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with opened(tmp_path, network) as sensor:
         first = sensor.read()
         reference = sensor.pipeline.reference
@@ -103,7 +103,7 @@ def test_a_camera_that_comes_back_is_read_on(
         assert sensor.pipeline.reference is reference
         assert resumed == [sensor.pipeline]
     network.server.close()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     assert_continuous(readings)
     (warning,) = (one for one in readings[-2].warnings if "lost" in one)
     assert warning.startswith("the camera was lost, and there was no frame for ")
@@ -138,7 +138,7 @@ def test_a_light_box_that_is_plugged_in_again_is_driven_on(
     network: Network, tmp_path: Path
 ) -> None:
     pytest.importorskip("serial", reason="needs pyserial")
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     box = LightBox(lights=3)
     port = tmp_path / "port"  # as in /dev/serial/by-id, the name is that of the device
     port.symlink_to(box.port)
@@ -157,7 +157,7 @@ def test_a_light_box_that_is_plugged_in_again_is_driven_on(
     assert other.levels[-1] == [0, 0, 0]
     other.unplug()
     network.server.close()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     network.back()
 
 

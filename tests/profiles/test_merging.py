@@ -31,15 +31,15 @@ consistent_trees = st.recursive(
 
 
 def merged(*trees: dict[str, Any]) -> dict[str, Any]:
-    node = Node.of(trees[0], BASE)
+    node = Node.from_plain(trees[0], BASE)
     for tree in trees[1:]:
-        node = merge(node, Node.of(tree, TOP))
+        node = merge(node, Node.from_plain(tree, TOP))
     plain: dict[str, Any] = node.plain()
     return plain
 
 
 def nulls_removed(tree: dict[str, Any]) -> dict[str, Any]:
-    plain: dict[str, Any] = without_nulls(Node.of(tree, BASE)).plain()
+    plain: dict[str, Any] = without_nulls(Node.from_plain(tree, BASE)).plain()
     return plain
 
 
@@ -110,7 +110,7 @@ def test_every_value_keeps_the_position_of_its_file(
             for key, inner in node.value.items():
                 check(inner, below.get(key) if below else None, above.get(key))
 
-    below, above = Node.of(base, BASE), Node.of(top, TOP)
+    below, above = Node.from_plain(base, BASE), Node.from_plain(top, TOP)
     check(merge(below, above), below, above)
 
 

@@ -26,10 +26,10 @@ def test_a_force_that_passes_beside_a_point_turns_about_it() -> None:
 
 def test_values_and_standard_deviations_come_back() -> None:
     assert known.std is not None
-    assert Wrench.of(known.values, known.std, 0.5).arrays().keys() == known.arrays().keys()
-    np.testing.assert_array_equal(Wrench.of(known.values, known.std).values, known.values)
-    np.testing.assert_array_equal(Wrench.of(known.values, known.std).std, known.std)
-    assert Wrench.of(known.values).std is None
+    assert Wrench.from_values(known.values, known.std, 0.5).arrays().keys() == known.arrays().keys()
+    np.testing.assert_array_equal(Wrench.from_values(known.values, known.std).values, known.values)
+    np.testing.assert_array_equal(Wrench.from_values(known.values, known.std).std, known.std)
+    assert Wrench.from_values(known.values).std is None
 
 
 @given(newtons, newtons, newtons, newtons, st.floats(-9, 9), st.floats(-9, 9))

@@ -219,7 +219,7 @@ def test_what_is_not_the_camera_s_is_no_image(tmp_path: Path) -> None:
     writer.open(SESSION)
     sent = RecordedImage(image(0), 7)
     writer.write_image(sent)
-    info = json.dumps(sent.described()).encode()
+    info = json.dumps(sent.describe_image()).encode()
     writer.add("camera/info", "tactile.ImageInfo", 1, info, 8)
     writer.add("quantities/camera", "foxglove.RawImage", 1, b"", 8)
     writer.add("notes", "tactile.Event2", 1, b"{}", 8)

@@ -16,7 +16,7 @@ def given(tmp_path: Path) -> Inputs:
     for path in ("presses/a.png", "ref/b.png", "mine/mine.yaml"):
         (tmp_path / path).parent.mkdir()
         (tmp_path / path).write_text("mine")
-    return Inputs.of(
+    return Inputs.from_paths(
         {
             "--presses": tmp_path / "presses",
             "--reference": str(tmp_path / "ref" / "b.png"),

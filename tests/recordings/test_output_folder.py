@@ -118,7 +118,7 @@ def test_an_output_that_is_also_an_input_is_not_replaced(tmp_path: Path) -> None
     path = write(OutputFolder(tmp_path / "out"), "one")
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "linked").hardlink_to(path)
-    folder = OutputFolder(tmp_path / "out", Inputs.of({"--input": tmp_path / "in"}))
+    folder = OutputFolder(tmp_path / "out", Inputs.from_paths({"--input": tmp_path / "in"}))
     with pytest.raises(InputError, match="is one of --input"):
         write(folder, "two")
     assert path.read_text() == "one"

@@ -66,14 +66,14 @@ def test_a_folder_is_read_in_natural_order_of_names(tmp_path: Path) -> None:
 def test_images_without_times_come_at_the_given_rate(tmp_path: Path) -> None:
     for number in range(3):
         picture(tmp_path / f"{number}.png", number)
-    assert times(open_recording(tmp_path).at(25)) == pytest.approx([0, 0.04, 0.08])
+    assert times(open_recording(tmp_path).with_rate(25)) == pytest.approx([0, 0.04, 0.08])
     assert times(open_recording(tmp_path)) == pytest.approx([0, 1 / 30, 2 / 30])
 
 
 def test_names_that_are_times_time_the_images(tmp_path: Path) -> None:
     for level, name in enumerate(("12.04", "12.2", "14")):
         picture(tmp_path / f"{name}.png", level)
-    recording = open_recording(tmp_path).at(25)
+    recording = open_recording(tmp_path).with_rate(25)
     assert values(recording) == [[0], [1], [2]]
     assert times(recording) == pytest.approx([12.04, 12.2, 14])
 

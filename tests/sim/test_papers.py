@@ -291,7 +291,7 @@ def test_markers_spread_outwards_under_a_normal_load(kind: str) -> None:
     surface.press(force_n=4.0)
     x, y = np.meshgrid(np.arange(-6, 6.1, 1.2), np.arange(-4.8, 4.9, 1.2))
     markers = np.stack([x.ravel(), y.ravel()], 1)
-    moved = surface.carried(markers) - markers
+    moved = surface.carry_points(markers) - markers
     outwards = (moved * markers).sum(1)
     far = np.hypot(*moved.T) > 0.3 * np.hypot(*moved.T).max()
     assert (outwards[far] > 0).all()

@@ -106,7 +106,7 @@ def test_a_stage_pickles_in_the_middle_of_a_press() -> None:
 
 def test_a_script_is_played_frame_by_frame(script: Path) -> None:
     moves, stage = Script(script), VirtualStage("hex_fingertip")
-    depths = [stage.depth_mm for _ in moves.played(stage)]
+    depths = [stage.depth_mm for _ in moves.play_frames(stage)]
     assert len(depths) == moves.frames == 7
     assert depths == pytest.approx([0, 0.25, 0.5, 0.5, 0.5, 0.5, 0])
 
@@ -114,7 +114,7 @@ def test_a_script_is_played_frame_by_frame(script: Path) -> None:
 def test_a_script_leaves_out_the_first_frames_and_keeps_every_second(script: Path) -> None:
     script.write_text(SCRIPT + "skip: 1\nevery: 2\n")
     moves, stage = Script(script), VirtualStage("hex_fingertip")
-    depths = [stage.depth_mm for _ in moves.played(stage)]
+    depths = [stage.depth_mm for _ in moves.play_frames(stage)]
     assert len(depths) == moves.frames == 3
     assert depths == pytest.approx([0.25, 0.5, 0.5])
     script.write_text(SCRIPT + "skip: 7\n")
@@ -131,7 +131,7 @@ def test_a_lift_carries_what_friction_holds(script: Path, weight_n: float, falls
         f"  - lift: {{weight_n: {weight_n}, height_mm: 3, frames: 3, shake: 0.05}}\n"
     )
     stage = VirtualStage("hex_fingertip", overrides={"gel": {"friction": 0.5}})
-    *_, _ = Script(script).played(stage)
+    *_, _ = Script(script).play_frames(stage)
     fallen_mm = stage.truth().pose.y_mm
     assert fallen_mm == pytest.approx(3.0) if falls else fallen_mm < 0.5
     assert stage.wrench[1] == pytest.approx(min(weight_n, 2.0), rel=0.15)
@@ -151,7 +151,7 @@ def test_another_unit_gives_other_frames_of_the_same_press(script: Path, tmp_pat
 def test_an_impossible_step_is_reported_with_its_line_number(script: Path) -> None:
     script.write_text(SCRIPT.replace("depth_mm: 0.5", "depth_mm: 7"))
     with pytest.raises(InputError, match=r"script.yaml:3:5: .*pressed 7 mm deep .*2 mm thick"):
-        list(Script(script).played(VirtualStage("hex_fingertip")))
+        list(Script(script).play_frames(VirtualStage("hex_fingertip")))
 
 
 @pytest.mark.parametrize(

@@ -35,11 +35,11 @@ def test_the_response_of_a_window_equals_that_of_the_whole_layer(
     loads = np.random.default_rng(seed).standard_normal((3, *part))
     everywhere = np.zeros((3, *whole))
     window = Window(slice(1, 1 + part[0]), slice(1, 1 + part[1]))
-    window.of(everywhere)[...] = loads
+    window.view_of(everywhere)[...] = loads
     near = layer.near(part)
     answer = near.displacement(loads[:2], loads[2])
     np.testing.assert_allclose(
-        answer, window.of(layer.displacement(everywhere[:2], everywhere[2])), atol=1e-12
+        answer, window.view_of(layer.displacement(everywhere[:2], everywhere[2])), atol=1e-12
     )
     np.testing.assert_allclose(answer[:2], near.shift(loads[:2]) + near.spread(loads[2]))
     np.testing.assert_allclose(answer[2], near.indentation(loads[2]) + near.bulge(loads[:2]))
@@ -50,7 +50,7 @@ def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> Surface
     grid = Grid(100, 90, 0.2)
     model = ContactModel(ElasticLayer(grid, GEL.elastomer, np.float64), GEL, CAREFUL)
     indenter, place = make_indenter(kind, **options), Pose(4.0, -3.0)
-    state = model.placed(model.undeformed(), indenter, place)
+    state = model.place_object(model.undeformed_state(), indenter, place)
     share = {name: value / 2 for name, value in load.items()}
     for move in (
         Move(place, **share),
@@ -98,6 +98,6 @@ def test_a_window_contains_the_nodes_that_it_is_around(
     window = Window.around(nodes)
     assert window.contains(nodes)
     assert not window.reaches_its_border(nodes)
-    assert np.count_nonzero(window.of(nodes)) == np.count_nonzero(nodes)
-    part = window.of(nodes).astype(float)
-    np.testing.assert_array_equal(window.embedded(part, nodes.shape), nodes)
+    assert np.count_nonzero(window.view_of(nodes)) == np.count_nonzero(nodes)
+    part = window.view_of(nodes).astype(float)
+    np.testing.assert_array_equal(window.embed_part(part, nodes.shape), nodes)

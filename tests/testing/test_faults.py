@@ -237,7 +237,9 @@ def test_the_inputs_of_an_estimator_are_computed_by_others_of_the_plugin() -> No
     truth = rig.scenes[0].truth
     made = complete_quantities(truth, [Temperature], registered, rig.context, without="not_json.y")
     assert made.keys() >= truth.keys() | {Temperature}
-    without = complete_quantities(truth, [Temperature], registered, rig.context, without="not_json.x")
+    without = complete_quantities(
+        truth, [Temperature], registered, rig.context, without="not_json.x"
+    )
     assert Temperature not in without
 
 

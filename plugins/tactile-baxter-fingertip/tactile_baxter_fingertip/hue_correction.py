@@ -66,7 +66,7 @@ class HueCorrection:
         """Return the share of the tilt, 0 to 1, in a frame with this share of sloped pixels."""
         return np.float32(min(1.0, steep_share / self.steep_share) if self.steep_share else 0.0)
 
-    def at(self, position: Float32) -> Float32:
+    def correction_at(self, position: Float32) -> Float32:
         """Return tilt and change with the colour (N, 4, 2) at (N, 2) positions."""
         terms = regression.terms(position, CORRECTION.place_order)
         return np.asarray(np.tensordot(terms, self.by_place, 1), np.float32)
@@ -118,7 +118,7 @@ def correct_normals(
     colour = normalise_colours(features, decoder.evening)
     mean = (decoder(features) + _smooth(decoder, correction.polynomial, colour)) / 2
     tilt_first = np.column_stack([np.full(len(colour), strength, np.float32), colour])
-    by_place = np.einsum("nk,nkj->nj", tilt_first, correction.at(features[:, 3:]))
+    by_place = np.einsum("nk,nkj->nj", tilt_first, correction.correction_at(features[:, 3:]))
     return np.asarray(mean + by_place, np.float32)
 
 

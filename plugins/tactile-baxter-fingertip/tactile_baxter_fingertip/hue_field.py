@@ -54,8 +54,8 @@ class ReferenceLight:
         blur_px: float,
         light_blur_px: float,
     ) -> None:
-        self._smoothing = Smoothing.of(marker_mask, blur_px)
-        base = self.smoothed(reference, marker_mask)
+        self._smoothing = Smoothing.from_sigma(marker_mask, blur_px)
+        base = self.smooth_pixels(reference, marker_mask)
         if light_blur_px:
             spread = (0, 0)
             blurred = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
@@ -63,7 +63,7 @@ class ReferenceLight:
         self.base = base
         self.full_scale = full_scale
 
-    def smoothed(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
+    def smooth_pixels(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
         """Return (H, W, 3) float32 smoothed intensities, with markers filled in."""
         # Rounding the averages to bytes would double their noise.
         return np.asarray(
@@ -78,7 +78,10 @@ class ReferenceLight:
         columns: NDArray[np.int32],
     ) -> Float32:
         """Return (N, 5) relative changes and positions of N pixels."""
-        smoothed, base = self.smoothed(pixels, marker_mask)[rows, columns], self.base[rows, columns]
+        smoothed, base = (
+            self.smooth_pixels(pixels, marker_mask)[rows, columns],
+            self.base[rows, columns],
+        )
         change = relative_change(smoothed, base, full_scale=self.full_scale)
         return np.concatenate([change, place(pixels.shape[:2])[rows, columns]], axis=1)
 
@@ -112,7 +115,7 @@ class HueField:
         self._direction = np.exp(1j * angle).astype(np.complex64)
         powers = correction.by_chroma(decoder)
         self._powers = [power.T.ravel() for power in powers]
-        by_place = correction.at(position).reshape(h, w, 4, 2).transpose(3, 2, 0, 1)
+        by_place = correction.correction_at(position).reshape(h, w, 4, 2).transpose(3, 2, 0, 1)
         self._tilt = np.ascontiguousarray(by_place[:, 0])
         self._by_colour = np.ascontiguousarray(by_place[:, 1:]) / factors[:, None, None]
         self._level = -np.tensordot(self._by_colour, offsets, (1, 0)).astype(np.float32)
@@ -122,7 +125,7 @@ class HueField:
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> tuple[Float32, Float32]:
         """Return the slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
         colour = self._colour(pixels, marker_mask)
-        normal_xy = self._decoded(colour)
+        normal_xy = self._decode_colours(colour)
         strength = self._correction.strength(self._steep_share(normal_xy))
         parts = []
         for part, level, tilt, weights in zip(
@@ -139,14 +142,14 @@ class HueField:
 
     def steep_share(self, pixels: NDArray[Any], marker_mask: Bool | None) -> float:
         """Return the share of sloped pixels of a frame (H, W, 3)."""
-        return self._steep_share(self._decoded(self._colour(pixels, marker_mask)))
+        return self._steep_share(self._decode_colours(self._colour(pixels, marker_mask)))
 
     def _steep_share(self, normal_xy: Complex64) -> float:
         return float((np.abs(normal_xy[self._sparse]) > CORRECTION.steep_sine).mean())
 
     def _colour(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[Float32]:
         """Return chroma axes and intensity, in entries of the tables, as three (H, W) planes."""
-        channels = cv2.split(self._light.smoothed(pixels, marker_mask))
+        channels = cv2.split(self._light.smooth_pixels(pixels, marker_mask))
         planes = []
         for weights, offset in zip(self._weights, self._offsets, strict=True):
             total = offset.copy()
@@ -155,7 +158,7 @@ class HueField:
             planes.append(total)
         return planes
 
-    def _decoded(self, colour: list[Float32]) -> Complex64:
+    def _decode_colours(self, colour: list[Float32]) -> Complex64:
         """Return the mean of decoder and polynomial: normal_xy as complex numbers."""
         nothing = np.zeros(1)
         first, second, intensity = (

@@ -23,10 +23,10 @@ from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_mo
 from tactile_core.interfaces.slope_models.samples import (
     ImageShape,
     check_fitting,
+    draw_samples,
     in_words,
     scale_of,
     shape_of,
-    draw_samples,
     too_few,
 )
 from tactile_core.interfaces.slope_models.slope_model import ForReference

@@ -100,7 +100,9 @@ def _solve_normals(intensity: NDArray[np.float64], directions: Float32) -> NDArr
     normals = _solve_weighted(intensity, directions, weights)
     for _ in range(NORMALS.rounds):
         residual = (intensity - normals @ directions.T) / scale
-        normals = _solve_weighted(intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2))
+        normals = _solve_weighted(
+            intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2)
+        )
     return normals
 
 

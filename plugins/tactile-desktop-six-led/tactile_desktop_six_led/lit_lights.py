@@ -102,7 +102,7 @@ class LitLights:
         length = np.linalg.norm(own, axis=0)
         share = np.clip((length / self.begins - 1) / (LIT_LIGHTS.ramp - 1), 0, 1)
         share[length < self.shaded] = 1
-        share = np.where(self.lit(response).all(axis=0), 0, share).astype(np.float32)
+        share = np.where(self.find_lit(response).all(axis=0), 0, share).astype(np.float32)
         return np.asarray(fitted + share * (own - fitted), np.float32)
 
     @property
@@ -110,7 +110,7 @@ class LitLights:
         """(K,) responses below which a light is dark."""
         return np.float32(1 - LIT_LIGHTS.dark_share) * self.floors
 
-    def lit(self, response: Float32) -> Bool:
+    def find_lit(self, response: Float32) -> Bool:
         """Return (K, N): which lights reach the surface."""
         dark = response < self.dark_below[:, None]
         most = min(LIT_LIGHTS.most_dark, len(response) - _NORMAL)
@@ -121,7 +121,7 @@ class LitLights:
         bits = 1 << np.arange(len(self.floors), dtype=np.int64)
         codes = self.sets @ bits
         order = np.argsort(codes)
-        return np.asarray(order[np.searchsorted(codes[order], bits @ self.lit(response))])
+        return np.asarray(order[np.searchsorted(codes[order], bits @ self.find_lit(response))])
 
 
 def fit_lit_lights(

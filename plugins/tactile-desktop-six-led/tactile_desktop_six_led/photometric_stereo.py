@@ -218,7 +218,7 @@ class PhotometricCalibrator(Calibrator):
         redundancy = fit_redundancy(response)
         drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
         b = field.directions(response, features[:, -2:])
-        b[:2] += PressLight(tilt, 0.0).over(features[:, -2:]) * normal_xy.any(axis=1)
+        b[:2] += PressLight(tilt, 0.0).tilt_at(features[:, -2:]) * normal_xy.any(axis=1)
         fitted = (b[:2] / np.linalg.norm(b, axis=0)).T
         lit_lights = fit_lit_lights(response, features[:, -2:], normal_xy, fitted)
         model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0), lit_lights)

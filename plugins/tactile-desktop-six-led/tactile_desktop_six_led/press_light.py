@@ -38,6 +38,6 @@ class PressLight:
         """Return the share of the tilt, 0 to 1, in a frame with this share of sloped pixels."""
         return np.float32(min(1.0, steep_share / self.steep_share) if self.steep_share else 0.0)
 
-    def over(self, position: Float32) -> Float32:
+    def tilt_at(self, position: Float32) -> Float32:
         """Return the full tilt (2, N) at (N, 2) positions."""
         return np.asarray(self.tilt @ regression.terms(position, ORDER).T, np.float32)

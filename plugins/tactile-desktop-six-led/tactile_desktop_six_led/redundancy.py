@@ -56,7 +56,7 @@ class Redundancy:
         residual = self.combinations @ response
         return np.asarray(np.sqrt(np.einsum("cn,cn->n", residual, residual)), np.float32)
 
-    def corrected(self, response: Float32) -> tuple[Float32, Bool]:
+    def correct_response(self, response: Float32) -> tuple[Float32, Bool]:
         """Replace the responses of outlier lights.
 
         Parameters

@@ -74,7 +74,9 @@ class StereoField:
     ) -> None:
         self._field, self._redundancy, self._drift = field, redundancy, drift
         self._press_light, self._lit_lights = press_light, lit_lights
-        self._sampling = Sampling.of((reference.shape[0], reference.shape[1]), marker_mask, blur_px)
+        self._sampling = Sampling.for_shape(
+            (reference.shape[0], reference.shape[1]), marker_mask, blur_px
+        )
         base = np.stack(self._sampling.planes(reference, marker_mask)).astype(np.float32)
         lights, height, width = base.shape
         self._place = place((height, width)).reshape(-1, 2)
@@ -84,7 +86,7 @@ class StereoField:
             np.maximum(base, np.float32(LEVELS.least_divisor_share * full_scale)) ** -exponents
         )
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
-        self._tilt = press_light.over(self._place).reshape(2, height, width)
+        self._tilt = press_light.tilt_at(self._place).reshape(2, height, width)
         step = max(1, min(height, width) // STEREO_FIELD.drift_rows)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
         dark_ratio = (1 + lit_lights.dark_below) ** (1 / field.exponents)
@@ -149,7 +151,7 @@ class StereoField:
         normal_xy = b[:2] / np.sqrt(np.einsum("jn,jn->n", b, b))
         steep = np.einsum("jn,jn->n", normal_xy, normal_xy) > STEREO_FIELD.steep_sine**2
         # A shadow on a wall steeper than any calibrated one is not drift.
-        lit = self._lit_lights.lit(flat).all(axis=0)
+        lit = self._lit_lights.find_lit(flat).all(axis=0)
         gains = self._drift.gains(flat[:, lit], normal_xy[:, lit], self._redundancy)
         return gains, float(steep.mean())
 
@@ -188,7 +190,7 @@ class StereoField:
         """
         if not len(outliers):
             return outliers, outliers
-        corrected, consistent = self._redundancy.corrected(response)
+        corrected, consistent = self._redundancy.correct_response(response)
         excess = response - corrected
         too_bright = excess.max(axis=0) > -excess.min(axis=0)
         b = self._field.directions(corrected, self._place[outliers])

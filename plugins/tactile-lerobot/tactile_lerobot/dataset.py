@@ -128,7 +128,7 @@ class Dataset(Sink):
         if array.dtype.kind == "U" and array.ndim > 0:
             array = np.asarray(json.dumps(array.tolist(), ensure_ascii=False))
         key = key.replace("/", ".")
-        self._features.setdefault(key, Feature.of(array, described)).add(key, array)
+        self._features.setdefault(key, Feature.from_value(array, described)).add(key, array)
         found[key] = array
 
     def _write(self, rows: RowFile) -> None:
@@ -182,7 +182,7 @@ class Dataset(Sink):
             if key.removesuffix(".count") in counted and key.endswith(".count"):
                 values = [_count(row.arrays.get(key.removesuffix(".count"))) for row in group]
             else:
-                values = [feature.padded(row.arrays.get(key)) for row in group]
+                values = [feature.pad_value(row.arrays.get(key)) for row in group]
             columns[key] = feature.column(values)
             if feature.dtype.kind != "U":
                 for value in values:

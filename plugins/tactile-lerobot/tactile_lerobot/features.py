@@ -38,7 +38,7 @@ class Feature:
     described: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, value: NDArray[Any], described: dict[str, Any]) -> Feature:
+    def from_value(cls, value: NDArray[Any], described: dict[str, Any]) -> Feature:
         """Return the feature of a first value."""
         return cls(value.dtype, value.shape, described=described)
 
@@ -72,7 +72,7 @@ class Feature:
             **({"info": self.described} if self.described else {}),
         }
 
-    def padded(self, value: NDArray[Any] | None) -> NDArray[Any]:
+    def pad_value(self, value: NDArray[Any] | None) -> NDArray[Any]:
         """Return a value at the feature's shape; what is missing is NaN, -1, 0 or False."""
         if value is not None and value.shape == self.shape:
             return value.astype(self.dtype, copy=False)

@@ -99,7 +99,7 @@ def radial_profile(
     RadialProfile or None
         None where too few pixels are visible.
     """
-    pixels = _Pixels.of(change, light, deviation, centre, ball)
+    pixels = _Pixels.from_change(change, light, deviation, centre, ball)
     if pixels is None:
         return None
     step = max(PROFILE.step, PROFILE.least_step_px / ball)
@@ -118,7 +118,7 @@ def radial_profile(
     for step_number in range(PROFILE.rounds):
         now = sines.astype(np.float32)
         sine = rest * now[left] + share * now[left + 1]
-        curve, pull = pixels.linearised(sine)
+        curve, pull = pixels.linearise_cost(sine)
         pull = curve * sine - pull
         last = jackknifed and step_number == PROFILE.rounds - 1
         at, groups = (left + pixels.sector * count, PROFILE.sectors) if last else (left, 1)
@@ -148,7 +148,7 @@ class _Pixels:
     saturated: Bool
 
     @classmethod
-    def of(
+    def from_change(
         cls, change: Change, light: Light, deviation: Float64, centre: Float64, ball: float
     ) -> _Pixels | None:
         x, y = change.disc(centre, PROFILE.largest * ball)
@@ -162,11 +162,11 @@ class _Pixels:
         direction = ((xy - centre).T / (r * ball)).astype(np.float32)
         turn = np.arctan2(direction[1], direction[0]) / np.float32(2 * np.pi) + np.float32(0.5)
         place = change.place(xy).T.astype(np.float32)
-        seen, precision, saturated = change.at(x, y)
+        seen, precision, saturated = change.values_at(x, y)
         return cls(
             r,
             np.minimum(turn * PROFILE.sectors, PROFILE.sectors - 1).astype(np.intp),
-            light.at(place).plus(deviation).along(direction),
+            light.light_at(place).plus(deviation).along(direction),
             seen,
             precision / np.float32(max(light.residual, PROFILE.least_residual) ** 2),
             saturated,
@@ -181,7 +181,7 @@ class _Pixels:
         error[self.saturated & (error > 0)] = 0
         return np.asarray(np.sqrt(1 + (self.weight * error * error).sum(0)))
 
-    def linearised(self, sine: Float32) -> tuple[Float32, Float32]:
+    def linearise_cost(self, sine: Float32) -> tuple[Float32, Float32]:
         """Curvature and derivative of the cost of each pixel by its sine, (N,)."""
         # Horner's scheme for the polynomial and its derivative; it has no constant.
         value = self.powers[-1] * sine

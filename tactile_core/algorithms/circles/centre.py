@@ -123,8 +123,8 @@ def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]
 def _fit_balls(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]:
     """Fit balls with enough pixels."""
     unit = max(light.residual, CENTRE.least_residual)
-    pixels = _Pixels.of(balls)
-    predicted, columns = pixels.linearised(light)
+    pixels = _Pixels.from_balls(balls)
+    predicted, columns = pixels.linearise_change(light)
     now = predicted - pixels.change
     above = pixels.saturated & (now > 0)
     now[above] = 0
@@ -201,7 +201,7 @@ class _Pixels:
     saturated: Bool
 
     @classmethod
-    def of(cls, balls: Sequence[BallPixels]) -> Self:
+    def from_balls(cls, balls: Sequence[BallPixels]) -> Self:
         samples = [ball.samples for ball in balls]
         size = len(balls), max(s.xy.shape[1] for s in samples)
         place, offset, normal = np.zeros((3, 2, *size), np.float32)
@@ -218,13 +218,13 @@ class _Pixels:
         radii = np.array([[ball.ball] for ball in balls], np.float32)
         return cls(place, offset, normal, turn, radii, change, precision, saturated)
 
-    def linearised(self, light: Light) -> tuple[Float32, Float32]:
+    def linearise_change(self, light: Light) -> tuple[Float32, Float32]:
         """Predicted change (K, B, N), and its derivatives (K, 2 + S, B, N).
 
         The derivatives are by the centre and by the light's coefficients.
         """
         shape = self.change.shape
-        here = light.at(self.place.reshape(2, -1))
+        here = light.light_at(self.place.reshape(2, -1))
         slopes, *by_normal = here.slopes_and_derivatives(self.normal.reshape(2, -1))
         by_x, by_y = (here.of_slopes(by).reshape(shape) / -self.ball for by in by_normal)
         columns = np.empty((len(by_x), 2 + len(slopes), *shape[1:]), np.float32)

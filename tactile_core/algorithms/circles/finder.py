@@ -47,7 +47,7 @@ class Mixing:
         self._places: list[Float64] = []
         self._steps: list[Float64] = []
 
-    def mixed(self, place: Float64, step: Float64) -> Float64:
+    def mix_step(self, place: Float64, step: Float64) -> Float64:
         """Return what to add to a place, of which one iteration would add a step; any one shape."""
         self._places = [*self._places, place.ravel()][-MIXING.memory - 1 :]
         self._steps = [*self._steps, step.ravel()][-MIXING.memory - 1 :]
@@ -120,9 +120,9 @@ def find_circles(
     """
     report = progress or (lambda share: None)
     fades = darkens(starts)
-    reasons = [start.seen(darkens=fades).why for start in starts]
+    reasons = [start.choose_sighting(darkens=fades).why for start in starts]
     kept = [i for i, reason in enumerate(reasons) if not reason]
-    fits = {i: PressFit.of(starts[i], darkens=fades) for i in kept}
+    fits = {i: PressFit.from_start(starts[i], darkens=fades) for i in kept}
     # evenly spread over the recording, so that a change of the light during it is seen
     count = min(len(kept), FINDER.most_together)
     first = {kept[i] for i in np.linspace(0, len(kept) - 1, count).round().astype(int)}
@@ -144,7 +144,9 @@ def find_circles(
         fitted.find_contact(light, last=True)
     report(1.0)
     return [
-        fits[i].circle() if i in fits else _exclude_sighting(start.seen(darkens=fades), reason)
+        fits[i].circle()
+        if i in fits
+        else _exclude_sighting(start.choose_sighting(darkens=fades), reason)
         for i, (start, reason) in enumerate(zip(starts, reasons, strict=True))
     ]
 
@@ -186,7 +188,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
     fades = darkens(starts)
     fits = {}
     for i, (start, circle) in enumerate(zip(starts, circles, strict=True)):
-        fitted = PressFit.of(start, darkens=fades)
+        fitted = PressFit.from_start(start, darkens=fades)
         change = fitted.sighting.change
         fitted.centre = change.to_working(np.asarray(circle.centre_px))
         fitted.reach = choose_fit_reach(circle.contact_radius_px * change.scale, start.ball)
@@ -200,7 +202,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
 
 def locate(start: Start, light: Light) -> Circle:
     """Find the circle of one press with a light that was fitted to other presses."""
-    fitted = PressFit.of(start, darkens=light.darkens)
+    fitted = PressFit.from_start(start, darkens=light.darkens)
     _approach(fitted, light)
     fitted.find_contact(light, last=True)
     return fitted.circle()
@@ -242,7 +244,7 @@ def _alternate(
         centres = np.array([fitted.centre for fitted in fits.values()])
         found = fit_centres([fitted.pixels() for fitted in fits.values()], light)
         steps = np.array([f.step(new) for f, new in zip(fits.values(), found, strict=True)])
-        for fitted, step in zip(fits.values(), mixing.mixed(centres, steps), strict=True):
+        for fitted, step in zip(fits.values(), mixing.mix_step(centres, steps), strict=True):
             fitted.move(step)
         light = _with_spread(light, found)
         before = light

@@ -70,7 +70,7 @@ class GridLight:
 
     def locate(self, image: PressImage, centres_px: Float64, ball_radius_px: float) -> list[Circle]:
         """Refine the circles of balls that this light was not fitted to."""
-        balls = _Balls.of(image, centres_px, ball_radius_px, self.with_place)
+        balls = _Balls.from_image(image, centres_px, ball_radius_px, self.with_place)
         residuals = np.full(len(balls.centres), np.inf)
         for light, reach in self.steps:
             residuals = balls.move(light, reach)
@@ -119,13 +119,13 @@ def refine_grid(
         Locates other balls in the same frame.
     """
     many = len(centres_px) >= GRID.many_balls
-    balls = _Balls.of(image, centres_px, ball_radius_px, many)
+    balls = _Balls.from_image(image, centres_px, ball_radius_px, many)
     contact = 1.0
     steps = []
     residuals = np.full(len(balls.centres), np.inf)
     for planned in GRID.reaches:
         reach = min(planned, max(contact, FIT.smallest_contact))
-        light = balls.fitted(reach, many)
+        light = balls.fit_normals(reach, many)
         residuals = balls.move(light, reach)
         contact = balls.contact(light, reach)
         steps.append((light, reach))
@@ -142,10 +142,12 @@ class _Balls:
         self.centres = centres
 
     @classmethod
-    def of(cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool) -> Self:
+    def from_image(
+        cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool
+    ) -> Self:
         """Prepare the features of a frame: its relative change, and perhaps the position."""
         blur_px = max(GRID.least_blur_px, GRID.blur_radii * radius_px)
-        smoothing = Smoothing.of(image.marker_mask, blur_px)
+        smoothing = Smoothing.from_sigma(image.marker_mask, blur_px)
         features = relative_change(
             smoothing.apply(image.pixels, image.marker_mask),
             np.asarray(smoothing.apply(image.reference, image.marker_mask), np.float32),
@@ -163,7 +165,7 @@ class _Balls:
         x, y = disc(self._surface, centre, reach * self._radius)
         return self._features[y, x], (np.stack([x, y], 1) - centre) / self._radius
 
-    def fitted(self, reach: float, many: bool) -> PolynomialFit:
+    def fit_normals(self, reach: float, many: bool) -> PolynomialFit:
         """Fit ``normal_xy`` as a polynomial of colour and, for many balls, of the position."""
         discs = [self._disc(centre, reach) for centre in self.centres]
         features = np.concatenate([f for f, _ in discs])

@@ -106,7 +106,7 @@ class Light:
     residual: float
     spread: Float64
 
-    def at(self, place: Float32) -> LocalLight:
+    def light_at(self, place: Float32) -> LocalLight:
         """Evaluate the coefficients at (2, N) places, for many normals there."""
         places = terms(place.T, self.place_order).T
         count, channels = len(places), self.coefficients.shape[1]
@@ -179,7 +179,7 @@ def samples_on(
     xy = np.stack([x[keep], y[keep]]).astype(np.float64)
     normal = _normals(xy, centre, ball_radius)
     place = change.place(xy.T).T.astype(np.float32)
-    return Samples(xy, place, normal, *change.at(x[keep], y[keep]))
+    return Samples(xy, place, normal, *change.values_at(x[keep], y[keep]))
 
 
 def fit(

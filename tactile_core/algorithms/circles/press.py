@@ -134,7 +134,7 @@ class Change:
         rows, columns = self.weight.shape
         return rows, columns
 
-    def at(
+    def values_at(
         self, columns: NDArray[np.intp], rows: NDArray[np.intp]
     ) -> tuple[Float32, Float32, Bool]:
         """Values, precisions and saturation, (K, N) each, of some pixels."""
@@ -162,7 +162,7 @@ class Change:
         """(h, w, K) variance of :attr:`weighted` by the noise of the camera alone."""
         return np.asarray(PRESS.model_error**2 * (1 - self.precision) / self.grain_px2)
 
-    def without(self, drift: Float64) -> Change:
+    def subtract_drift(self, drift: Float64) -> Change:
         """Subtract a change (K,) of the whole image."""
         return replace(self, values=self.values - drift.astype(np.float32))
 

@@ -74,9 +74,9 @@ class PressFit:
     _draws: dict[str, _Draw] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, start: Start, *, darkens: bool) -> Self:
+    def from_start(cls, start: Start, *, darkens: bool) -> Self:
         """Start from the press alone."""
-        sighting = start.seen(darkens=darkens)
+        sighting = start.choose_sighting(darkens=darkens)
         return cls(sighting, start.ball, sighting.centre, FIT.first_reach * start.ball)
 
     @property
@@ -86,7 +86,7 @@ class PressFit:
 
     def samples(self) -> Samples:
         """Pixels to fit the light and the centre to."""
-        return self._drawn("light", self.reach, LIGHT.most_pixels)
+        return self._draw_samples("light", self.reach, LIGHT.most_pixels)
 
     def pixels(self) -> BallPixels:
         """Pixels to fit the centre to."""
@@ -94,11 +94,11 @@ class PressFit:
         if shape is not BALL:
             # Around a contact the slope changes most, which determines the centre best.
             reach = self.border.radius + FIT.shape_margin * self.ball
-            samples = self._drawn("centre", reach, FIT.most_pixels)
+            samples = self._draw_samples("centre", reach, FIT.most_pixels)
         grain_px2 = self.sighting.change.grain_px2
         return BallPixels(samples or self.samples(), self.centre, self.ball, shape, grain_px2)
 
-    def _drawn(self, use: str, reach: float, most: int) -> Samples:
+    def _draw_samples(self, use: str, reach: float, most: int) -> Samples:
         """Draw pixels, or return those that were drawn for nearly this centre."""
         drawn = self._draws.get(use)
         if (

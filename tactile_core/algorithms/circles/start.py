@@ -95,13 +95,15 @@ class Start:
     darkening: Sighting
 
     @classmethod
-    def of(cls, image: PressImage, ball_radius_px: float, scale: float | None = None) -> Start:
+    def from_image(
+        cls, image: PressImage, ball_radius_px: float, scale: float | None = None
+    ) -> Start:
         """Analyse one press of a ball of this radius, at the working scale of the whole set."""
         scale = working_scale(ball_radius_px) if scale is None else scale
         ball = ball_radius_px * scale
         change = change_of(image, scale)
         drift = _median(change, change.weight > 0)
-        change = change.without(drift)
+        change = change.subtract_drift(drift)
         gradient = change.gradient(ball)
         return cls(
             ball,
@@ -109,12 +111,12 @@ class Start:
             _sighting(change, drift, gradient, *odd_centre(gradient, ball), ball),
         )
 
-    def refused(self, why: str) -> Start:
+    def refuse_press(self, why: str) -> Start:
         """Return it as no press, for a reason that the whole image gives."""
         shading, darkening = (replace(one, why=why) for one in (self.shading, self.darkening))
         return Start(self.ball, shading, darkening)
 
-    def seen(self, *, darkens: bool) -> Sighting:
+    def choose_sighting(self, *, darkens: bool) -> Sighting:
         """Return the sighting for one kind of light."""
         return self.darkening if darkens else self.shading
 
@@ -141,7 +143,7 @@ def _sighting(
     if np.count_nonzero(far) < START.fewest_undeformed * far.size:
         far[...] = False
     left = _median(change, far)
-    change = change.without(left)
+    change = change.subtract_drift(left)
     why = _unlike_a_press(change, centre, far, drift + left, ball)
     if not why and oddness < START.least_oddness:
         why = "not a ball: the change is not symmetric about any centre"
@@ -155,7 +157,7 @@ def _median(change: Change, where: Bool) -> Float64:
     rows, columns = np.nonzero(where)
     if not len(rows):
         return np.zeros(change.values.shape[2])
-    values, _, _ = change.at(_thin_values(columns), _thin_values(rows))
+    values, _, _ = change.values_at(_thin_values(columns), _thin_values(rows))
     return np.median(values, axis=1).astype(np.float64)
 
 

@@ -62,7 +62,7 @@ class LayerResponse:
         # kept, because new memory of this size is costly
         self._spectra = np.empty(self._response.shape, np.complex64)
 
-    def displaced(self, traction: Float32) -> Float32:
+    def apply_traction(self, traction: Float32) -> Float32:
         """Return the components inside, (7, rows, columns), for a traction on the whole grid."""
         spectrum = (self._from_rows @ traction @ self._from_columns).view(np.complex64)
         spectrum = spectrum.reshape(2, -1, spectrum.shape[1])
@@ -159,7 +159,7 @@ class ElasticFields:
         (N, 10) float64
             x and y of each field, up to a factor of the field, and of the displacement.
         """
-        xx, yy, turned_y, spread_x, xy, turned_x, spread_y = grid.sampled(self.planes, points)
+        xx, yy, turned_y, spread_x, xy, turned_x, spread_y = grid.sample_planes(self.planes, points)
         x, y = (
             side[0] + (side[1] - side[0]) * place
             for side, place in zip((self.x_mm, self.y_mm), points.T, strict=True)
@@ -248,7 +248,7 @@ class ContactShear:
         traction, x_mm, y_mm = self._traction(contact)
         (rows, columns), (top, left) = contact.shape, self._margin
         return ElasticFields(
-            self._layer.displaced(traction),
+            self._layer.apply_traction(traction),
             self._x_mm[left : left + columns] - x_mm,
             self._y_mm[top : top + rows] - y_mm,
         )

@@ -117,13 +117,13 @@ class Decomposition:
 
     def torsion_field(self, shape: tuple[int, int]) -> Float32:
         """Return the displacement (H, W, 2) due to the rotation, mm."""
-        return self._rotated(shape, 1.0)
+        return self._rotation_field(shape, 1.0)
 
     def spread_field(self, shape: tuple[int, int]) -> Float32:
         """Return the displacement (H, W, 2) that the spread adds to shear and rotation, mm."""
-        return self._rotated(shape, 1.0 + self.spread) - self._rotated(shape, 1.0)
+        return self._rotation_field(shape, 1.0 + self.spread) - self._rotation_field(shape, 1.0)
 
-    def _rotated(self, shape: tuple[int, int], growth: float) -> Float32:
+    def _rotation_field(self, shape: tuple[int, int], growth: float) -> Float32:
         place = self.mm_per_px * _places(shape, self.centre_px)
         moved = place * (1 - np.exp(-1j * np.radians(self.rotation_deg)) / growth)
         return np.stack([moved.real, moved.imag], axis=-1).astype(np.float32)

@@ -84,7 +84,7 @@ class Kriging:
         self._variances: Float32 = np.ascontiguousarray(means, np.float32)
         self._variance_shares = KRIGING.std_share**2 / (2 * self._precision.diagonal())
 
-    def completed(self, values: Float64, seen: Bool) -> Float64:
+    def complete_values(self, values: Float64, seen: Bool) -> Float64:
         """Replace the values of unseen markers by the most likely ones, given the others.
 
         Parameters
@@ -105,7 +105,7 @@ class Kriging:
         completed[unseen] = -np.linalg.solve(rows[:, unseen], rows @ completed)
         return completed
 
-    def weighted(self, values: Float64) -> Float64:
+    def weight_values(self, values: Float64) -> Float64:
         """Multiply completed values (N, J) by the inverse covariance."""
         return np.asarray(self._precision @ values)
 
@@ -184,7 +184,7 @@ class CoarseGrid:
     image_shape: tuple[int, int]
 
     @classmethod
-    def of(cls, image_shape: tuple[int, int], cell_px: float) -> CoarseGrid:
+    def for_image(cls, image_shape: tuple[int, int], cell_px: float) -> CoarseGrid:
         """Return a grid with cells of about this size, and at most 64 along a side."""
         cell = max(cell_px, max(image_shape) / GRID.max_nodes)
         rows, columns = (max(2, round(side / cell)) for side in image_shape)
@@ -214,7 +214,7 @@ class CoarseGrid:
         """Convert points (…, 2) from cells, column and row, to pixels, x and y."""
         return np.asarray((points + 0.5) * self.cell_px - 0.5)
 
-    def sampled(self, planes: Float32, points: Float32) -> Float32:
+    def sample_planes(self, planes: Float32, points: Float32) -> Float32:
         """Interpolate planes (K, rows, columns) linearly at points (N, 2) in cells, (K, N)."""
         x, y = np.ascontiguousarray(points.T)[:, None]
         how, border = cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
@@ -237,7 +237,7 @@ class CoarseGrid:
         small = shrink_image(np.negative(mask.view(np.uint8)), (columns, rows))
         return small.astype(np.float32) / np.float32(255)
 
-    def marked(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def enlarge_mask(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Repeat a mask of cells (rows, columns) to the image (H, W)."""
         return repeat_pixels(cells.view(np.uint8), self.image_shape).view(np.bool_)
 
@@ -253,11 +253,11 @@ class CoarseGrid:
         )
         return np.asarray(along_y, np.float32), np.ascontiguousarray(along_x.T, np.float32)
 
-    def refined(self, planes: Float32) -> Float32:
+    def refine_planes(self, planes: Float32) -> Float32:
         """Interpolate planes (K, …) on the :attr:`half` grid to (K, rows, columns), with cubics."""
         along_y, along_x = self.refinement
         return np.asarray(along_y @ planes @ along_x)
 
-    def enlarged(self, field: Float32) -> Float32:
+    def enlarge_field(self, field: Float32) -> Float32:
         """Interpolate a field (rows, columns, 2) linearly to the image (H, W, 2)."""
         return enlarge_cells(field, self.image_shape)

@@ -102,7 +102,7 @@ class MarkedSurface:
         self.reference_px = np.array(reference_px, np.float64)
         self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
-        self._grid = grid = CoarseGrid.of(shape, self._pitch_px / SURFACE.cells_per_pitch)
+        self._grid = grid = CoarseGrid.for_image(shape, self._pitch_px / SURFACE.cells_per_pitch)
         per_mm = 1 / (mm_per_px * grid.cell_px)
         reach_px = min(SURFACE.support_pitches * self._pitch_px, max(shape))
         across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
@@ -127,9 +127,9 @@ class MarkedSurface:
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
         """Return the displacement at every pixel, interpolated linearly, (H, W, 2) float32."""
-        return self._grid.enlarged(self.measured(px, seen, contact).cells_mm)
+        return self._grid.enlarge_field(self.measure_field(px, seen, contact).cells_mm)
 
-    def measured(self, px: Array, seen: Bool, contact: Bool | None = None) -> CoarseField:
+    def measure_field(self, px: Array, seen: Bool, contact: Bool | None = None) -> CoarseField:
         """Return the displacement of the surface that is now in each cell of a coarse grid.
 
         Parameters
@@ -154,18 +154,18 @@ class MarkedSurface:
             moved_mm[~seen] = 0.0
         elastic = None if contact is None else self._shear.fields(grid.share(contact))
         if elastic is None or count == 0:
-            moved_mm = self._kriging.completed(moved_mm, seen)
-            weighted = self._kriging.weighted(moved_mm)
+            moved_mm = self._kriging.complete_values(moved_mm, seen)
+            weighted = self._kriging.weight_values(moved_mm)
             sheared = np.zeros((2, *grid.shape), np.float32)
         else:
             columns = elastic.beside(moved_mm, grid, grid.in_cells(px))
-            moved_mm, weighted, strength = self._without(columns, seen)
+            moved_mm, weighted, strength = self._subtract_fields(columns, seen)
             sheared = elastic.total(strength)
         residual = self._at_present(self._kriging.field(moved_mm), sheared)
         cells_mm = cv2.merge(list(sheared + residual))
         return CoarseField(np.asarray(cells_mm, np.float32), partial(self._std_mm, weighted))
 
-    def supported(self, px: Array, seen: Bool) -> Bool:
+    def find_valid_area(self, px: Array, seen: Bool) -> Bool:
         """Return where the field is valid, (H, W) bool: within a pitch of a marker that is seen.
 
         The array is that of the last call while the same cells are valid, and cannot be written.
@@ -176,7 +176,7 @@ class MarkedSurface:
         if cells.tobytes() != known.tobytes():
             known_near, near = near, np.asarray(cv2.dilate(cells, self._around), np.uint8)
             if near.tobytes() != known_near.tobytes():
-                valid = grid.marked(near.view(np.bool_))
+                valid = grid.enlarge_mask(near.view(np.bool_))
                 valid.flags.writeable = False
             self._supported = cells, near, valid
         return valid
@@ -185,14 +185,14 @@ class MarkedSurface:
         noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
         return np.hypot(self._kriging.std(weighted), noise_mm)
 
-    def _without(self, columns: Float64, seen: Bool) -> tuple[Float64, Float64, Float64]:
+    def _subtract_fields(self, columns: Float64, seen: Bool) -> tuple[Float64, Float64, Float64]:
         """Residual displacements of the markers, also weighted, and strengths of the fields.
 
         The strengths are the generalised least-squares estimate under the kriging covariance.
         ``columns``, (N, 10), are x and y of the four fields and of the displacement.
         """
-        columns = self._kriging.completed(columns, seen)
-        pairs = columns, self._kriging.weighted(columns)
+        columns = self._kriging.complete_values(columns, seen)
+        pairs = columns, self._kriging.weight_values(columns)
         # the strength of a field is the same along x and y: both add to the same equations
         products = pairs[0].T @ pairs[1]
         products = products[::2, ::2] + products[1::2, 1::2]
@@ -213,11 +213,11 @@ class MarkedSurface:
         (2, rows, columns).
         """
         grid = self._grid
-        undeformed = grid.refined(residual.reshape(2, *self._half_shape))
+        undeformed = grid.refine_planes(residual.reshape(2, *self._half_shape))
         nodes, per_mm, shape = self._half_nodes, self._per_mm, (2, *self._half_shape)
-        known = grid.sampled(sheared, nodes.T)
-        start = present = grid.sampled(undeformed, nodes.T)
+        known = grid.sample_planes(sheared, nodes.T)
+        start = present = grid.sample_planes(undeformed, nodes.T)
         for _ in range(SURFACE.iterations):
             came_from = nodes - (known + present) * per_mm
-            present = grid.sampled(undeformed, came_from.T)
-        return grid.refined((residual + (present - start)).reshape(shape))
+            present = grid.sample_planes(undeformed, came_from.T)
+        return grid.refine_planes((residual + (present - start)).reshape(shape))

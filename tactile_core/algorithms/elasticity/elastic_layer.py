@@ -172,7 +172,7 @@ class ElasticLayer(Response):
         if size == self.shape:
             return self
         if self._near is None or self._near[0] != size:
-            self._near = size, self._cropped(size)
+            self._near = size, self._crop_response(size)
         return self._near[1]
 
 

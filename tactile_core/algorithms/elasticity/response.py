@@ -35,7 +35,9 @@ class WaveProducts(NamedTuple):
     back: Array
 
     @classmethod
-    def of(cls, part: tuple[int, int], whole: tuple[int, int], dtype: DTypeLike) -> WaveProducts:
+    def for_part(
+        cls, part: tuple[int, int], whole: tuple[int, int], dtype: DTypeLike
+    ) -> WaveProducts:
         """Prepare the transforms of a part (m, n) of a grid (M, N)."""
         (rows, columns), (all_rows, all_columns) = part, whole
         half = all_columns // 2 + 1
@@ -224,7 +226,7 @@ class Response:
         """Largest normal compliance of any wave, mm/MPa."""
         return float(self._symbols.normal.max())
 
-    def _cropped(self, shape: tuple[int, int]) -> Response:
+    def _crop_response(self, shape: tuple[int, int]) -> Response:
         """Return the response on a smaller grid of equal spacing, exact to half its size."""
         from scipy.fft import rfft2
 
@@ -294,7 +296,7 @@ class Response:
         if not small or 2 * rows > self.shape[0] or 2 * columns > self.shape[1]:
             return None
         if self._part is None or self._part[0] != part:
-            products = WaveProducts.of((rows, columns), self.shape, self.dtype)
+            products = WaveProducts.for_part((rows, columns), self.shape, self.dtype)
             self._part = (rows, columns), products
         return self._part[1]
 

@@ -98,7 +98,7 @@ class Shares(NamedTuple):
     arms: Float64
 
     @classmethod
-    def of(cls, contact: Bool | Float32, cell_mm: float) -> Shares:
+    def from_contact(cls, contact: Bool | Float32, cell_mm: float) -> Shares:
         """Return the polynomials of a contact, as the share of each cell, on cells of this side."""
         y, x = (_relative(contact.sum(axis)) for axis in (1, 0))
         degree = SURFACE_LOADS.degree

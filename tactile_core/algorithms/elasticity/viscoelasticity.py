@@ -52,7 +52,7 @@ class TimeStep:
             share * beta for share, (_, beta) in zip(shares, self._decays, strict=True)
         )
 
-    def remembered(self, displacement: Array, stretches: Array) -> Array:
+    def residual_displacement(self, displacement: Array, stretches: Array) -> Array:
         """Residual displacement at the end of the step without any load.
 
         Parameters
@@ -71,7 +71,7 @@ class TimeStep:
             residual += branch.modulus_share * (beta * displacement - decay * stretch)
         return np.asarray(residual / displacement.dtype.type(self.stiffening))
 
-    def stretched(self, stretches: Array, change: Array) -> Array:
+    def advance_stretches(self, stretches: Array, change: Array) -> Array:
         """(branches, 3, ny, nx) stretch at the end, for this ``change`` of the displacement."""
         if np.isinf(self.seconds):
             return np.zeros_like(stretches)
@@ -114,7 +114,7 @@ class Memory:
     def after(self, step: TimeStep, displacement_mm: Array) -> Memory:
         """Return the memory at the end of a step during which the surface moved here."""
         change = displacement_mm - self.displacement_mm
-        return Memory(displacement_mm, step.stretched(self.stretches_mm, change))
+        return Memory(displacement_mm, step.advance_stretches(self.stretches_mm, change))
 
     def relaxed_mm(self, branches: tuple[Branch, ...]) -> Array:
         """(3, ny, nx) displacement that the same loads cause once all stress has relaxed."""

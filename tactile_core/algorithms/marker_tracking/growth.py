@@ -43,7 +43,9 @@ class Scene:
     spacing_px: Array
     uncertainty_px: Array
 
-    def paired(self, expected_px: Array, within_px: Array, found_px: Array | None = None) -> Intp:
+    def pair_markers(
+        self, expected_px: Array, within_px: Array, found_px: Array | None = None
+    ) -> Intp:
         """Match markers with all detections, or with those given; see :func:`paired`."""
         found_px = self.found_px if found_px is None else found_px
         return pair_nearest(expected_px, found_px, within_px)
@@ -119,7 +121,9 @@ class Scene:
             if not relaxed:
                 gate = np.minimum(gate, tolerance)
             wanted = searched & (kept < 0) & (around.supporters(kept >= 0) >= support)
-            new = self.paired(base_px + expected, np.where(wanted, gate, -1.0), self.found_px[left])
+            new = self.pair_markers(
+                base_px + expected, np.where(wanted, gate, -1.0), self.found_px[left]
+            )
             added = new >= 0
             kept[added] = left[new[added]]
             if np.array_equal(kept, owner):
@@ -148,7 +152,7 @@ class Scene:
         owner[ambiguous] = UNMATCHED
         return owner
 
-    def connected(self, base_px: Array, owner: Intp) -> Intp:
+    def keep_largest_region(self, base_px: Array, owner: Intp) -> Intp:
         """Keep the largest region of coherent steps; a region that is torn off is ambiguous."""
         step, known = self.steps(base_px, owner)
         if not known.any():

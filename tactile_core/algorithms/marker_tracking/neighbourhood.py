@@ -52,7 +52,7 @@ class Neighbourhood:
     nearest_px: Array
 
     @classmethod
-    def of(cls, places_px: Array) -> Neighbourhood:
+    def from_places(cls, places_px: Array) -> Neighbourhood:
         """Return the neighbourhood of (N, 2) markers; N is at least 2."""
         count = len(places_px)
         wanted = min(NEIGHBOURHOOD.neighbours, count - 1)
@@ -102,13 +102,13 @@ class Neighbourhood:
         """
         if trust.all() and trust.min() == trust.max():
             return self.plane(values)
-        return self._predicted(_shares(self.moments, trust.take(self.index)), values)
+        return self._predict_values(_shares(self.moments, trust.take(self.index)), values)
 
     def plane(self, values: Array) -> Array:
         """Predict as :meth:`fit` does with equal trust in all markers, by numpy."""
-        return self._predicted(self.shares, values)
+        return self._predict_values(self.shares, values)
 
-    def _predicted(self, share: Array, values: Array) -> Array:
+    def _predict_values(self, share: Array, values: Array) -> Array:
         return np.asarray(np.einsum("nk,nkc->nc", share, values.take(self.index, axis=0)))
 
     def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:

@@ -14,7 +14,9 @@ from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOT
 _MOST_DISTANCES = 250_000
 
 
-def match_markers(scene: Scene, last_px: Array, momentum_px: Array, searched: Bool) -> tuple[Intp, Bool]:
+def match_markers(
+    scene: Scene, last_px: Array, momentum_px: Array, searched: Bool
+) -> tuple[Intp, Bool]:
     """Match each marker with the detection that is mutually nearest to its prediction.
 
     Parameters

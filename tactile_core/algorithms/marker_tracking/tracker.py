@@ -68,7 +68,7 @@ def best_explanation(
             seeds.append(seed)
             owner = scene.grow(base_px, seed, markers, rounds=growth_rounds, relaxed=True)
             owner = scene.grow(base_px, owner, markers, rounds=refinement_rounds, relaxed=False)
-            owner = scene.unambiguous(base_px, scene.connected(base_px, owner), tracked)
+            owner = scene.unambiguous(base_px, scene.keep_largest_region(base_px, owner), tracked)
             explanations.append((_score(scene, owner, last_px, momentum_px), owner))
     if not explanations:
         return np.full(len(last_px), UNMATCHED, np.intp)
@@ -83,7 +83,7 @@ def best_explanation(
 def _seeds(scene: Scene, base_px: Array, guess_px: Array, searched: Bool) -> Iterator[Intp]:
     """Seed regions: large groups of mutual nearest neighbours with coherent steps."""
     gate = np.where(searched, HYPOTHESES.seed_gate_spacings * scene.spacing_px, -1.0)
-    owner = scene.paired(base_px + guess_px, gate)
+    owner = scene.pair_markers(base_px + guess_px, gate)
     step, known = scene.steps(base_px, owner)
     if not known.any():
         return
@@ -184,7 +184,7 @@ class MarkerTracker:
         count = len(self.reference_px)
         self._around: Neighbourhood | None = None
         if count >= GROWTH.min_markers:
-            self._around = Neighbourhood.of(self.reference_px)
+            self._around = Neighbourhood.from_places(self.reference_px)
             self._low_px = self.reference_px.min(axis=0)
             self._high_px = self.reference_px.max(axis=0)
         self.px = self.reference_px.copy()
@@ -228,7 +228,7 @@ class MarkerTracker:
             around.spacing_px(self.px),
             self._uncertainty_px,
         )
-        owner = self._matched(scene)
+        owner = self._match_markers(scene)
         known = owner >= 0
         share = TRACKER.min_recovered if self.lost else TRACKER.min_tracked
         enough = max(GROWTH.min_markers, share * np.count_nonzero(scene.in_view))
@@ -240,9 +240,9 @@ class MarkerTracker:
             self._accept(scene, around, owner)
         self._complete = bool(self.seen.all())
         if self.began_displaced is None:
-            self.began_displaced = self.lost or self._displaced(around)
+            self.began_displaced = self.lost or self._is_displaced(around)
 
-    def _matched(self, scene: Scene) -> Intp:
+    def _match_markers(self, scene: Scene) -> Intp:
         """Matches of all markers."""
         count = len(self.px)
         if len(scene.found_px) < GROWTH.min_markers:
@@ -269,12 +269,12 @@ class MarkerTracker:
         if misfit.sum() > few:
             return None
         owner = np.where(misfit, UNMATCHED, owner)
-        region = scene.connected(base_px, owner)
+        region = scene.keep_largest_region(base_px, owner)
         if (region != owner).sum() > SMALL_MOTION.max_misfits:
             return None
         rounds = SMALL_MOTION.rounds
         grown = scene.grow(base_px, region, searched, rounds=rounds, relaxed=False)
-        owner = scene.connected(base_px, grown)
+        owner = scene.keep_largest_region(base_px, grown)
         return scene.unambiguous(base_px, owner, self.seen)
 
     def _accept(self, scene: Scene, around: Neighbourhood, owner: Intp) -> None:
@@ -320,7 +320,7 @@ class MarkerTracker:
         x, y = self.px.T
         return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
 
-    def _displaced(self, around: Neighbourhood) -> bool:
+    def _is_displaced(self, around: Neighbourhood) -> bool:
         smooth_px = around.fit(self.px - self.reference_px, self.seen.astype(np.float64))
         limit_px = TRACKER.small_motion_pitches * around.pitch_px
         return bool(np.hypot(*smooth_px.T).max() > limit_px)

@@ -181,7 +181,9 @@ def _markers(spots: Spots, pitch: float, shape: tuple[int, ...]) -> tuple[Float6
     return found, np.arange(len(found)) >= inside
 
 
-def _merge_pieces(spots: Spots, mass: Float64, nearby: float) -> tuple[list[Float64], NDArray[np.intp]]:
+def _merge_pieces(
+    spots: Spots, mass: Float64, nearby: float
+) -> tuple[list[Float64], NDArray[np.intp]]:
     """Centres (1, 2) of markers that a highlight has split in two, and the indices of the pieces.
 
     Each piece belongs to one marker; the closest pairs are merged first.

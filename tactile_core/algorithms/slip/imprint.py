@@ -69,7 +69,7 @@ class Imprint:
         self.centre = moments["m10"] / total, moments["m01"] / total
         self.radius = math.sqrt((moments["mu20"] + moments["mu02"]) / total)
 
-    def moved(self, motion: Motion) -> Imprint:
+    def move_imprint(self, motion: Motion) -> Imprint:
         """Return the imprint after a motion: x, y and rotation about its centroid."""
         x, y, turn = motion
         cosine, sine = np.cos(turn), np.sin(turn)
@@ -119,7 +119,7 @@ def step_between(before: Imprint, now: Imprint) -> Step:
         return step
     least = step.changed / max(step.values, 1.0)
     for _ in range(FIT.rounds - 1):
-        more = _linear(before.moved(motion), now)
+        more = _linear(before.move_imprint(motion), now)
         left = more.changed / max(more.values, 1.0)
         if left >= least:  # a motion along stripes, for example, cannot be seen
             break

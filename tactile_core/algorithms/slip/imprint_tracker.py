@@ -208,15 +208,15 @@ class ImprintTracker:
             return self._result()
         step = step_between(last, now)
         moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
-        share = self._unexplained(step, math.sqrt(moved_mm @ moved_mm / len(moved_mm)))
+        share = self._unexplained_share(step, math.sqrt(moved_mm @ moved_mm / len(moved_mm)))
         kept = math.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s)
         self._changed = self._changed * kept + share if self._noise.steady else 0.0
         self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, IMPRINT.sheared_quantile)
         way = self._metric(step, now.radius)
-        self._way, self._recent = self._way.plus(way), self._recent.scaled(*[kept] * 3).plus(way)
+        self._way, self._recent = self._way.plus(way), self._recent.scale_way(*[kept] * 3).plus(way)
         return self._result()
 
-    def _unexplained(self, step: Step, moved_mm: float) -> float:
+    def _unexplained_share(self, step: Step, moved_mm: float) -> float:
         """Share of the energy whose change nothing but slip explains."""
         values = max(step.values, 1.0)
         self._noise.update(step.changed / values, moved_mm)
@@ -235,7 +235,7 @@ class ImprintTracker:
         # neighbouring values share the noise that the box filter spread over them
         noise = variance * VIEW.smoothing_px**2 + left
         x, y, turn = (noise * of_motion for of_motion in step.variance)
-        return _Way(step.motion, (x, y, turn)).scaled(scale, scale, scale * radius)
+        return _Way(step.motion, (x, y, turn)).scale_way(scale, scale, scale * radius)
 
     def _result(self) -> ImprintChange:
         recent, last = self._recent, self._last
@@ -281,7 +281,7 @@ class _Way(NamedTuple):
             (var_x + variance[0], var_y + variance[1], var_t + variance[2]),
         )
 
-    def scaled(self, x: float, y: float, t: float) -> _Way:
+    def scale_way(self, x: float, y: float, t: float) -> _Way:
         mm, variance = self
         return _Way(
             (mm[0] * x, mm[1] * y, mm[2] * t),

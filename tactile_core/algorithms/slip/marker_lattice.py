@@ -113,7 +113,7 @@ class MarkerLattice:
         count, key = self._terms.shape[1], np.asarray(seen, np.bool_).tobytes()
         if self._fit is None or key != self._fit.seen:
             detected = np.asarray(seen, np.bool_)[self._chosen]
-            self._fit = _Fit.of(key, detected, self._chosen, self._terms)
+            self._fit = _Fit.from_markers(key, detected, self._chosen, self._terms)
         fit = self._fit
         if len(fit.markers) < count + MARKER_LATTICE.spare_markers:
             return None
@@ -182,7 +182,7 @@ class _Fit(NamedTuple):
     inverse: Float64
 
     @classmethod
-    def of(cls, seen: bytes, detected: Bool, chosen: Intp, terms: Float64) -> _Fit:
+    def from_markers(cls, seen: bytes, detected: Bool, chosen: Intp, terms: Float64) -> _Fit:
         terms = terms[detected]
         markers, some = chosen[detected], None if detected.all() else detected
         if len(terms) < terms.shape[1] + MARKER_LATTICE.spare_markers:

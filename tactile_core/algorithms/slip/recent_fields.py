@@ -134,7 +134,9 @@ def coarse_field(cells: Float32, image_shape: tuple[int, ...], stride: int) -> C
     return as_complex(coarse(cells, image_shape, stride))
 
 
-def sample_cells(cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int) -> Float32:
+def sample_cells(
+    cells: Float32, step_px: int, image_shape: tuple[int, int], stride: int
+) -> Float32:
     """Interpolate (rows, columns) cells of ``step_px`` pixels in each block of pixels.
 
     Parameters

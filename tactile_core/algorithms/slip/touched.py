@@ -16,9 +16,9 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Intp, UInt8
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.slip.recent_fields import (
+    displacement_since,
     positions_mm,
     sample_cells,
-    displacement_since,
     since_at,
     strain,
 )
@@ -85,9 +85,9 @@ def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
 def mask_squares(points: Array, radius: float, shape: tuple[int, ...]) -> Bool:
     """Mask (h, w) of the squares of this half side around points (N, 2), x and y."""
     side = 2 * round(radius) + 1
-    return np.asarray(cv2.dilate(rasterise_points(points, shape), np.ones((side, side), np.uint8))).view(
-        np.bool_
-    )
+    return np.asarray(
+        cv2.dilate(rasterise_points(points, shape), np.ones((side, side), np.uint8))
+    ).view(np.bool_)
 
 
 def steepness_of(

@@ -79,7 +79,7 @@ class DslrCamera(StreamingCamera):
     def _connect(self) -> ImageSource:
         gphoto = library()
         self._port = ""
-        self._port = self._found(gphoto)
+        self._port = self._find_camera(gphoto)
         self._refuse_a_second()
         camera = gphoto.Camera()
         try:
@@ -113,7 +113,7 @@ class DslrCamera(StreamingCamera):
     def _latest(self, max_age_s: float) -> Image | None:
         return self._read(max_age_s)
 
-    def _found(self, gphoto: Any) -> str:
+    def _find_camera(self, gphoto: Any) -> str:
         listed = [f"{model} at {port}" for model, port in _detect_cameras(gphoto)]
         wanted = self._settings.model or ""
         if not any(wanted.casefold() in one.casefold() for one in listed):

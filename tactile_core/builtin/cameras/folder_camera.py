@@ -107,7 +107,7 @@ class FolderSource(ImageSource):
         self._found: list[str] = []
         self._unfinished: tuple[str, _Version, float] | None = None
         self._last_s = float("-inf")
-        self._seen: dict[str, _Version] = {} if options.existing else self._listed()
+        self._seen: dict[str, _Version] = {} if options.existing else self._list_files()
 
     def grab(self) -> Image | None:
         """Return the next complete image."""
@@ -131,7 +131,7 @@ class FolderSource(ImageSource):
 
     def _look(self) -> None:
         began_s = time.monotonic()
-        listed = self._listed()
+        listed = self._list_files()
         new = [name for name, version in listed.items() if self._seen.get(name) != version]
         self._found = sorted_by_name(new, str)
         if self._options.order != "name":
@@ -143,7 +143,7 @@ class FolderSource(ImageSource):
     def _pause(self, seconds: float) -> None:
         self._interrupted.wait(seconds)
 
-    def _listed(self) -> dict[str, _Version]:
+    def _list_files(self) -> dict[str, _Version]:
         """Return the image files in the folder."""
         found = {}
         try:

@@ -101,7 +101,7 @@ class GenicamCamera(StreamingCamera):
         aravis = library()
         options = self._settings
         self._serial = ""
-        address = options.address or self._found(aravis)
+        address = options.address or self._find_camera(aravis)
         try:
             camera = aravis.Camera.new(address)
             serial = camera.get_device_serial_number()
@@ -163,7 +163,7 @@ class GenicamCamera(StreamingCamera):
             self._set("gain", gain, self._camera)
             source.gain = gain
 
-    def _found(self, aravis: Any) -> str:
+    def _find_camera(self, aravis: Any) -> str:
         """Return the id of the one connected camera that the options describe."""
         wanted = self._settings.serial
         aravis.update_device_list()

@@ -74,7 +74,7 @@ class HttpSource(ImageSource):
     def grab(self) -> EncodedImage:
         """Return the next image."""
         while not self._parts:
-            self._parts = self._parser.feed(self._received())
+            self._parts = self._parser.feed(self._receive_chunk())
         part = self._parts.pop(0)
         stamp = part.headers.get("x-timestamp", "")
         # a server without a new image sends the last one again
@@ -93,7 +93,7 @@ class HttpSource(ImageSource):
         self._response.close()
         self._connection.close()
 
-    def _received(self) -> bytes:
+    def _receive_chunk(self) -> bytes:
         try:
             data = self._response.read1(_CHUNK_BYTES)
         except TimeoutError:

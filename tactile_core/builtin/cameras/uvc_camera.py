@@ -20,7 +20,7 @@ from tactile_core.builtin.cameras.video_controls import (
     set_named,
 )
 from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, select_node, video_nodes
-from tactile_core.builtin.usb_bus import VIDEO, name_holders, holders, usb_cameras
+from tactile_core.builtin.usb_bus import VIDEO, holders, name_holders, usb_cameras
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
 from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
@@ -188,7 +188,7 @@ class UvcCamera(StreamingCamera):
 
     def _connect_to(self, node: VideoNode, controls: DeviceControls) -> VideoCapture:
         try:
-            capture = VideoCapture(node.path, self._name, self._wanted(), node.entry.exists)
+            capture = VideoCapture(node.path, self._name, self._make_wanted(), node.entry.exists)
         except DeviceError as error:
             others = name_holders(node.path)
             if others:
@@ -230,14 +230,14 @@ class UvcCamera(StreamingCamera):
                 "on this system a camera is opened by its index alone; write 'index: 0' in "
                 f"'camera', without {', '.join(unsupported) or 'other ways to find it'}"
             )
-        capture = VideoCapture(options.index, f"the camera {options.index}", self._wanted())
+        capture = VideoCapture(options.index, f"the camera {options.index}", self._make_wanted())
         self._notes = (
             f"the camera was opened by its index {options.index}, so it may be another one than "
             f"the profile's, and its exposure, gain and white balance are not locked",
         )
         return capture
 
-    def _wanted(self) -> Wanted:
+    def _make_wanted(self) -> Wanted:
         options = self._settings
         return Wanted(
             options.width_px, options.height_px, options.fps, options.format, options.buffers

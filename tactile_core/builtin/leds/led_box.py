@@ -91,7 +91,7 @@ class BoxInfo:
     watchdog_s: float
 
     @classmethod
-    def of(cls, words: Sequence[str]) -> Self:
+    def from_words(cls, words: Sequence[str]) -> Self:
         """Read the words of a description.
 
         Raises

@@ -19,7 +19,7 @@ from tactile_core.builtin.leds.led_box import (
     decode,
     encode,
 )
-from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, name_holders, holders, permission_advice
+from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, holders, name_holders, permission_advice
 from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 from tactile_core.interfaces.device import ConnectedDevice
 
@@ -103,7 +103,7 @@ class SerialLink:
                     continue
                 if words[0] == "HELLO":
                     try:
-                        return BoxInfo.of(words[2:])
+                        return BoxInfo.from_words(words[2:])
                     except LineError as error:
                         raise DeviceError(f"the light box at {self.place} {error}") from error
         said = f"answers {bytes(other[:40])!r}" if other else "does not answer"
@@ -121,7 +121,7 @@ class SerialLink:
             numbers.add(str(number))
             self._write(encode(command, number, *levels))
             try:
-                if self._acknowledged(
+                if self._await_answer(
                     numbers, time.monotonic() + self._timeout_s / SERIAL.attempts
                 ):
                     return
@@ -132,7 +132,7 @@ class SerialLink:
             f"check its cable and power"
         )
 
-    def _acknowledged(self, numbers: set[str], until: float) -> bool:
+    def _await_answer(self, numbers: set[str], until: float) -> bool:
         """Wait for the answer to one of these requests; raise LineError to send it again."""
         for line in self._lines(until):
             kind, number, *reason = (*decode(line), "", "")

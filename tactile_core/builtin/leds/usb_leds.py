@@ -67,7 +67,7 @@ class UsbLink:
         try:
             self._claim()
             text = self._ask(_DESCRIBE, USB.longest_description, timeout_s)
-            self.info = BoxInfo.of(text.decode("ascii", "replace").split())
+            self.info = BoxInfo.from_words(text.decode("ascii", "replace").split())
         except LineError as error:
             self.close()
             raise DeviceError(f"the light box at {self.place} {error}") from error
@@ -120,7 +120,7 @@ class UsbLink:
         except usb.core.USBTimeoutError as error:
             raise self._silent() from error
         except usb.core.USBError as error:
-            raise self._failed(error) from error
+            raise self._explain_failure(error) from error
 
     def _silent(self) -> DeviceError:
         return DeviceError(
@@ -128,7 +128,7 @@ class UsbLink:
             f"its cable and power"
         )
 
-    def _failed(self, error: Any) -> DeviceError:
+    def _explain_failure(self, error: Any) -> DeviceError:
         if error.errno == errno.EPIPE:
             return DeviceError(
                 f"the light box at {self.place} refuses a request; load the firmware that belongs "
@@ -148,7 +148,7 @@ def explain_refusal(device: Any, error: Exception | None) -> DeviceError:
     if number == errno.EACCES:
         return DeviceForbidden(f"{where} must not be opened; {permission_advice()}")
     if number == errno.EBUSY:
-        return DeviceBusy(f"{where} is in use{held(node_of(device))}; close that first")
+        return DeviceBusy(f"{where} is in use{name_holders(node_of(device))}; close that first")
     if isinstance(error, NotImplementedError):
         return DeviceError(f"{where} has no WinUSB driver; install it with Zadig (zadig.akeo.ie)")
     return DeviceError(f"{where} cannot be used: {getattr(error, 'strerror', None) or error}")

@@ -107,7 +107,7 @@ class ForceNetwork(Estimator):
             floor = np.array(output.std)[self._order] * self._per_mpa
             share = np.broadcast_to(output.std_share, 4)[self._order]
             std = np.hypot(floor, share * np.linalg.norm(self._last[:3]))
-        return Wrench.of(values, std, timestamp_s)
+        return Wrench.from_values(values, std, timestamp_s)
 
 
 def _path(manifest: Path | str) -> Path:

@@ -22,8 +22,8 @@ from pydantic import (
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError, LibraryMissing
 from tactile_core.formats.yaml import read_mapping
+from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.interfaces.section import Section
 
 Source = Literal["frame", "reference", "height", "displacement"]
 Numbers = FiniteFloat | tuple[FiniteFloat, ...]

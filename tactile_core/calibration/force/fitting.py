@@ -19,7 +19,7 @@ from tactile_core.algorithms.force_fit.cell_axes import (
     cell_rotation,
     tool_offset,
 )
-from tactile_core.bundles.bundle import Bundle, default_place, names_of, current_time
+from tactile_core.bundles.bundle import Bundle, current_time, default_place, names_of
 from tactile_core.bundles.manifest import Manifest
 from tactile_core.calibration.force.labelled import label_frames
 from tactile_core.calibration.force.recorded_features import (
@@ -29,9 +29,9 @@ from tactile_core.calibration.force.recorded_features import (
 from tactile_core.calibration.force.result import ForceCalibrated, held_out_forces, score_forces
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import ForceTable, read_forces, read_weights
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.force_calibration import FittedForce, ForceModel, ForceSamples
-from tactile_core.interfaces.section import Artefact
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.profiles.loader import load_profile, profile_hash

@@ -10,9 +10,9 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import InputError
+from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibrator import Progress
 from tactile_core.interfaces.force_calibration import FittedForce
-from tactile_core.interfaces.section import Artefact
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
@@ -113,7 +113,7 @@ def measured_recordings(
                 frame = reading.frame
                 given = {**reading.inputs, **reading.quantities, Frame: frame}
                 given[Reference] = pipeline.reference
-                with fitted.blamed():
+                with fitted.blame_step():
                     found_here = estimator.features(*(given.get(kind) for kind in kinds))
                 features = np.asarray(found_here, np.float64)
                 rows.append((frame.sequence, reading.source, frame.timestamp_s, features))

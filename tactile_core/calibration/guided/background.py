@@ -80,17 +80,17 @@ class InProcesses:
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
         """Judge a still frame, together with those kept before."""
-        return self._examiner.asked("examine", name, frame)
+        return self._examiner.submit_call("examine", name, frame)
 
     def score(
         self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
     ) -> Future[float | None]:
         """Score the last of these presses with a calibration on all before it."""
-        return self._scorer.asked("score", dict(kept), dict(before))
+        return self._scorer.submit_call("score", dict(kept), dict(before))
 
     def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run the final fit in the process of the examination, and wait for it."""
-        fitted: T = self._examiner.asked("run", work, *args, **kwargs).result()
+        fitted: T = self._examiner.submit_call("run", work, *args, **kwargs).result()
         return fitted
 
     def close(self) -> None:
@@ -107,7 +107,7 @@ class _Beside:
         self._thread = ThreadPoolExecutor(1)
         self._thread.submit(self._worker.receive)  # it is ready
 
-    def asked(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
+    def submit_call(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
         return self._thread.submit(self._answer, methodcaller(name, *args, **kwargs))
 
     def close(self) -> None:

@@ -216,7 +216,7 @@ class Scorer:
            A 147(2), 1984.
         """
         for name, frame in kept.items():
-            self._presses[name] = self._bench.prepared(name, frame)
+            self._presses[name] = self._bench.prepare_press(name, frame)
         if len(before) < PREQUENTIAL.fewest_presses:
             return None
         press = self._presses[list(kept)[-1]]
@@ -229,7 +229,7 @@ class Scorer:
         except CalibrationError:
             return None
         ((_, measured),) = measured_frames(model, [located], undeformed)
-        rows, columns, true = located.true_gradients(located.scored())
+        rows, columns, true = located.true_gradients(located.scored_area())
         found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
         return float(angles_deg(found, true).mean())
 

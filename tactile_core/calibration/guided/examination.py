@@ -136,7 +136,7 @@ class Bench:
         self._thickness_mm = thickness_of(profile)
 
     @classmethod
-    def of(
+    def for_sensor(
         cls,
         profile: Profile,
         reference: Reference,
@@ -155,7 +155,7 @@ class Bench:
         calibrator = calibrator_of(profile.calibration, model)
         return cls(profile, reference, ball_diameter_mm, calibrator)
 
-    def prepared(self, name: str, frame: Frame) -> FoundPress:
+    def prepare_press(self, name: str, frame: Frame) -> FoundPress:
         """Condition a frame and analyse it on its own; its circle is still :data:`NOWHERE`.
 
         Raises
@@ -171,7 +171,7 @@ class Bench:
             NOWHERE,
             self.ball_radius_px,
             dome_radius_px=self._dome_px,
-            start=Start.of(image, self.touching_px, working_scale(self.touching_px)),
+            start=Start.from_image(image, self.touching_px, working_scale(self.touching_px)),
             thickness_mm=self._thickness_mm,
             for_heights=self.calibrator.fits == "heights",
         )
@@ -259,7 +259,7 @@ class Examiner:
     def examine(self, name: str, frame: Frame) -> Verdict:
         """Judge a frame, and keep it if it is a good press."""
         try:
-            press = self._bench.prepared(name, frame)
+            press = self._bench.prepare_press(name, frame)
         except SequenceError as error:
             return self._verdict(name, NOWHERE, str(error))
         starts = [one.start for one in (*self.kept, press) if one.start is not None]

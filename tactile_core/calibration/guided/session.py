@@ -95,7 +95,7 @@ class GuidedCalibration:
         self._reference, self._ball_mm = reference, ball_diameter_mm
         self._model, self._serial, self._gel = model, serial, gel
         self._note: Note = note or (lambda name, values: None)
-        bench = Bench.of(self.profile, reference, ball_diameter_mm, model)
+        bench = Bench.for_sensor(self.profile, reference, ball_diameter_mm, model)
         if reference.pixels.shape[:2] != (
             self.profile.image.height_px,
             self.profile.image.width_px,
@@ -119,7 +119,7 @@ class GuidedCalibration:
         self._quiet = self._attempts = self._count = 0
         self._warning: str | None = None
         self._target = self._coverage.target(())
-        self._maps = self._covered()
+        self._maps = self._measure_coverage()
 
     def __enter__(self) -> Self:
         return self
@@ -241,7 +241,7 @@ class GuidedCalibration:
         self._refused = None
         self._missed.clear()
         self._target = self._coverage.target(list(self._circles.values()))
-        self._maps = self._covered()
+        self._maps = self._measure_coverage()
 
     def _refuse(self, why: str) -> None:
         self._refused = why
@@ -258,7 +258,7 @@ class GuidedCalibration:
             "ball_diameter_mm": self._ball_mm,
         }
 
-    def _covered(self) -> tuple[np.ndarray, np.ndarray]:
+    def _measure_coverage(self) -> tuple[np.ndarray, np.ndarray]:
         kept = list(self._circles.values())
         return self._coverage.surface(kept), self._coverage.slopes(kept)
 

@@ -78,7 +78,7 @@ def compare(
         clock = Clock([sensor.pipeline for sensor in sensors])
         for readings in interleave_readings([sensor.stream() for sensor in sensors]):
             name = readings[0].source
-            true = folder.of(name)
+            true = folder.read_arrays(name)
             arrays = tuple(
                 arrays_of(r.quantities.values(), mm_per_px=r.frame.mm_per_px, guard=blame_of)
                 for r in readings

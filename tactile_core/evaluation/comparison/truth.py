@@ -47,7 +47,7 @@ class Truth:
                     f"give the truth of this recording"
                 )
 
-    def of(self, name: str) -> Arrays:
+    def read_arrays(self, name: str) -> Arrays:
         """Read the true arrays of a frame; raises as :meth:`check` if they are missing."""
         path = self.path(name)
         if not path.is_file():

@@ -210,7 +210,7 @@ def virtual_floors(
     for number, (name, (kind, sizes)) in enumerate(_OBJECTS.items()):
         progress.stage(f"pressing and shearing a {name}", 0.25)
         trial.place(kind, sizes)
-        pressed = [trial.pressed(force_n) for force_n in VIRTUAL_FLOOR.forces_n]
+        pressed = [trial.press_object(force_n) for force_n in VIRTUAL_FLOOR.forces_n]
         found = [key for key in rest[0] if key not in _SHEAR]
         for key in found:
             calm = [one[key] for one in rest]
@@ -218,9 +218,9 @@ def virtual_floors(
             floors.append(floor_of(key, name, calm, forces, [one[key] for _, one in pressed]))
         for key in _SHEAR if _SHEAR[0] in rest[0] else ():
             trial.place(kind, sizes)
-            trial.pressed(VIRTUAL_FLOOR.held_n)
+            trial.press_object(VIRTUAL_FLOOR.held_n)
             calm = [one[key] for one in trial.readings(VIRTUAL_FLOOR.rest_frames // 2)]
-            sheared = list(trial.sheared(key))
+            sheared = list(trial.shear_object(key))
             forces, readings = ([one[key] for one in side] for side in zip(*sheared, strict=True))
             floors.append(floor_of(key, name, calm, forces, readings))
         progress.fraction((number + 1) / len(_OBJECTS))
@@ -251,12 +251,12 @@ class Trial:
         """Estimates of so many frames."""
         return [estimates(self._pipeline.process(self._stage.frame())) for _ in range(count)]
 
-    def pressed(self, force_n: float) -> tuple[dict[str, float], dict[str, float]]:
+    def press_object(self, force_n: float) -> tuple[dict[str, float], dict[str, float]]:
         """Press with a force; return true forces and estimates."""
         self._stage.press(force_n=force_n)
         return self._true(), self.readings(1)[0]
 
-    def sheared(self, key: str) -> Iterator[tuple[dict[str, float], dict[str, float]]]:
+    def shear_object(self, key: str) -> Iterator[tuple[dict[str, float], dict[str, float]]]:
         """Shear step by step along the axis of this estimate."""
         way_mm = VIRTUAL_FLOOR.shear_mm * np.array([key == "fx", key == "fy"], np.float64)
         for _ in range(VIRTUAL_FLOOR.shears):

@@ -250,7 +250,9 @@ def _finish(
     )
 
     def scored(units: Sequence[UnitSamples], modulus_mpa: float | None) -> list[ForceScore]:
-        found = [predict_wrenches(network, one) * (modulus_mpa or one.shear_modulus_mpa) for one in units]
+        found = [
+            predict_wrenches(network, one) * (modulus_mpa or one.shear_modulus_mpa) for one in units
+        ]
         return force_scores(
             np.concatenate(found),
             np.concatenate([one.wrenches for one in units]),

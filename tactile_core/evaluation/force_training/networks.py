@@ -56,7 +56,7 @@ class LoadMap(nn.Module):
         coarse = coarse + self.up1(self.middle(self.down2(coarse)))
         return self.last(fine + self.up2(coarse)) * self.load_std
 
-    def summed(self, loads: Any) -> Any:
+    def sum_loads(self, loads: Any) -> Any:
         """(N, 4) wrenches of loads."""
         return nn.functional.linear(loads.flatten(1), self.sums)
 

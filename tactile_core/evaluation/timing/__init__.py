@@ -94,12 +94,12 @@ def _costs(
     for stream in streams:
         for _ in range(WARM_UP_FRAMES):
             stream.whole()
-            stream.staged()
+            stream.time_stages()
     times: list[dict[str, list[float]]] = [{} for _ in streams]
     start, rounds = perf_counter(), 0
     while rounds < _MIN_ROUNDS or perf_counter() - start < seconds:
         for stream, collected in zip(streams, times, strict=True):
-            for name, time_ms in (stream.staged() | stream.whole()).items():
+            for name, time_ms in (stream.time_stages() | stream.whole()).items():
                 collected.setdefault(name, []).append(time_ms)
         rounds += 1
         done = min(rounds / _MIN_ROUNDS, (perf_counter() - start) / seconds)

@@ -62,15 +62,17 @@ class Stream:
             self._pipeline.process(frame)
         return times
 
-    def staged(self) -> dict[str, float]:
+    def time_stages(self) -> dict[str, float]:
         """Acquire one frame and process it stage by stage; return the times in ms."""
         frame, times = next(self._frames), dict[str, float]()
         with _time_stage(times, ACQUIRE):
             self._acquisition.observe()
-        self.through(frame, times)
+        self.process_stages(frame, times)
         return times
 
-    def through(self, frame: Frame, times: dict[str, float]) -> Mapping[type[Quantity], Quantity]:
+    def process_stages(
+        self, frame: Frame, times: dict[str, float]
+    ) -> Mapping[type[Quantity], Quantity]:
         """Process a frame stage by stage like the pipeline, and record the times in ms.
 
         Returns
@@ -85,12 +87,12 @@ class Stream:
                 self._condition.verify(frame)
         if self._condition.finder is not None:
             with _time_stage(times, MARKERS):
-                frame = self._condition.masked(frame)
+                frame = self._condition.mask_markers(frame)
         calibration, check = self._bundle.calibration, self._pipeline.gel_check
         assert calibration is not None
         assert check is not None
         with _time_stage(times, SLOPES):
-            frame = self._condition.compensated(frame)
+            frame = self._condition.compensate_drift(frame)
             measured = measured_by(calibration, frame, reference)
             if self._bundle.errors is not None and isinstance(measured, Gradients):
                 measured = self._bundle.errors.added_to(measured)
@@ -107,7 +109,7 @@ class Stream:
         for step in self._pipeline.steps:
             if step.missing(by_type) is not None:
                 continue
-            with _time_stage(times, step.name), step.blamed():
+            with _time_stage(times, step.name), step.blame_step():
                 found = step.estimate(by_type)
             by_type.update(zip(step.gives, found, strict=True))
         return by_type

@@ -99,7 +99,7 @@ def virtual_unit(
     lights = make_lights(profile)
     take = partial(_frame, RigOptics(profile), lights)
     undeformed = take(None, 0)
-    condition = Conditioning.of(profile, average([undeformed]), compensates=False)
+    condition = Conditioning.for_build(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
     ball_mm = UNIT.ball_widths * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
@@ -108,7 +108,7 @@ def virtual_unit(
         x, y = rng.uniform(*UNIT.region, 2) * (image.width_px, image.height_px)
         ball = BallPress((float(x), float(y)), ball_mm, UNIT.depth_balls * ball_mm)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
-        frame = condition.masked(take(ball, seed))
+        frame = condition.mask_markers(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
         presses.append(FoundPress("", frame, circle, radius_px))
     fitted = fitted_by(calibrator, [press.training() for press in presses], reference)

@@ -42,7 +42,7 @@ class EncodedImage:
         """Memory that it takes, bytes."""
         return len(self.encoded)
 
-    def decoded(self) -> Image:
+    def decode_pixels(self) -> Image:
         """Return its pixels, together with the bytes.
 
         Raises

@@ -161,7 +161,7 @@ class ImageQueue:
                     self._raise_reason(f"sent no image within {timeout_s:g} s")
                     return None
                 taken = self._take()
-            image = self._decoded(taken)
+            image = self._decode_image(taken)
             if image is not None:
                 return image
 
@@ -187,7 +187,7 @@ class ImageQueue:
                 if newest is None or not self._is_new(max_age_s):
                     self._raise_reason(f"has no image that is at most {max_age_s:g} s old")
                     return None
-            image = self._decoded(newest)
+            image = self._decode_image(newest)
             if image is not None:
                 return image
 
@@ -197,12 +197,12 @@ class ImageQueue:
         with self._changed:
             return replace(self._counts, rate_hz=self._meter.rate_hz(self._clock()))
 
-    def _decoded(self, image: Image | EncodedImage) -> Image | None:
+    def _decode_image(self, image: Image | EncodedImage) -> Image | None:
         """Return an image with its pixels; count it as torn and return None if it has none."""
         if isinstance(image, Image):
             return image
         try:
-            decoded = image.decoded()
+            decoded = image.decode_pixels()
         except TornImage:
             decoded = None
         with self._changed:

@@ -10,8 +10,8 @@ from tactile_core.errors import InputError, TactileError
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
-    report_failure,
     measure_recording,
+    report_failure,
 )
 
 _PATIENCE_S = 10  # Longest wait for the scheduler, and for its first worker
@@ -138,7 +138,9 @@ def _result(future: Any, job: RecordingJob) -> MeasuredRecording:
                 "each worker of the cluster that measured it ended, perhaps because memory ran out",
             )
         if isinstance(error, ImportError):
-            return report_failure(job, f"a worker of the cluster lacks a package ({error}); install it")
+            return report_failure(
+                job, f"a worker of the cluster lacks a package ({error}); install it"
+            )
         return report_failure(job, error)
     assert isinstance(found, MeasuredRecording)
     return found

@@ -20,8 +20,8 @@ from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,
     RecordingJob,
-    report_failure,
     measuring,
+    report_failure,
 )
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.playback import images_per_observation
@@ -118,9 +118,9 @@ def _check_out(
         "--bundle": bundle,
         "--reference": None if reference == FIRST else reference,
     }
-    OutputFolder(out, Inputs.of(shared))
+    OutputFolder(out, Inputs.from_paths(shared))
     for path in inputs:
-        OutputFolder(out, Inputs.of({"--input": path}))
+        OutputFolder(out, Inputs.from_paths({"--input": path}))
 
 
 def _content(path: Path) -> list[tuple[str, int, int]]:
@@ -186,7 +186,9 @@ def in_processes(jobs: Sequence[RecordingJob], workers: int) -> Iterator[Step]:
                 give(job)
                 continue
             if isinstance(step, Exception):
-                step = report_failure(job, _twice(step) if isinstance(step, ChildProcessError) else step)
+                step = report_failure(
+                    job, _twice(step) if isinstance(step, ChildProcessError) else step
+                )
             left -= isinstance(step, MeasuredRecording)
             yield job, step
 

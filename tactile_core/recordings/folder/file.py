@@ -82,7 +82,7 @@ class FolderWriter(RecordingWriter):
             folder = f"{recorded.observation or 0:06d}"
             name = f"{folder}/{recorded.exposure_index:02d}.{ending}"
         self._write(name, content)
-        self._add({"image": recorded.described(), "file": name})
+        self._add({"image": recorded.describe_image(), "file": name})
 
     def write_event(self, name: str, values: Mapping[str, Any]) -> None:
         """Write the event's line of the list."""
@@ -175,7 +175,7 @@ class FolderFile(RecordingFile):
             if file.is_file() and file.parent != path / REFERENCES_FOLDER
         }
         self.session = session_of(files, path)
-        self.entries = tuple(self._found(read_bytes(path / LIST)))
+        self.entries = tuple(self._find_entries(read_bytes(path / LIST)))
 
     def close(self) -> None:
         """Do nothing: no file is open."""
@@ -193,7 +193,7 @@ class FolderFile(RecordingFile):
             raise InputError(f"{self.path / LIST} is damaged; copy the recording again")
         return reference_from(read_bytes(self.path / REFERENCES_FOLDER / f"{name}.npz"), self.path)
 
-    def _found(self, data: bytes) -> Iterator[ImageEntry | EventEntry]:
+    def _find_entries(self, data: bytes) -> Iterator[ImageEntry | EventEntry]:
         *lines, _ = data.split(b"\n")  # a line without its end is incomplete
         for number, line in enumerate(lines, 1):
             try:

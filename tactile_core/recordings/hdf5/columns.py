@@ -77,7 +77,7 @@ class ImageColumns:
         InputError
             Its size or type is not that of the images before.
         """
-        image, described = recorded.image, recorded.described()
+        image, described = recorded.image, recorded.describe_image()
         compressed = image.encoded is not None
         if image.encoded is not None:
             self._file.append_bytes(IMAGES + "bytes", image.encoded)

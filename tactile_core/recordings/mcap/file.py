@@ -101,7 +101,7 @@ class McapFile(RecordingFile):
         try:
             for record in self.records.summary:
                 self._note(record)
-            self.entries = tuple(self._found())
+            self.entries = tuple(self._find_entries())
         except (ValueError, LookupError, RecursionError, struct.error) as error:
             raise InputError(
                 f"{path} has chunks of another program; save its images as PNG, or use another copy"
@@ -147,7 +147,7 @@ class McapFile(RecordingFile):
             raise InputError(f"the reference {name} in {self.path} is missing; give --reference")
         return reference_from(self.records.content(place), self.path)
 
-    def _found(self) -> Iterator[ImageEntry | EventEntry]:
+    def _find_entries(self) -> Iterator[ImageEntry | EventEntry]:
         infos: dict[int, Mapping[str, Any]] = {}
         for record in self.records:
             if record.kind == DAMAGED:

@@ -90,7 +90,7 @@ class McapWriter(RecordingWriter):
         image, number = recorded.image, recorded.number
         place = f"/exposure_{recorded.exposure_index}" if self._session.exposures > 1 else ""
         time_ns = _nanoseconds(image.wall_time_s or image.timestamp_s)
-        info = json.dumps(recorded.described()).encode()
+        info = json.dumps(recorded.describe_image()).encode()
         self.add("camera/info", IMAGE_INFO, time_ns, info, number)
         if image.encoded is not None:
             kind = kind_of(image.encoded) or "unknown"
@@ -120,7 +120,7 @@ class McapWriter(RecordingWriter):
 
     def write_reference(self, name: str, reference: Reference) -> None:
         """Write a reference as an attachment."""
-        with self._guarded():
+        with self._note_failure():
             self._attach(f"{REFERENCES}{name}.npz", reference_bytes(reference))
 
     def write_reading(self, reading: Reading) -> None:
@@ -143,16 +143,16 @@ class McapWriter(RecordingWriter):
         data : bytes
         number : int
         """
-        with self._guarded():
+        with self._note_failure():
             channel = self._channels.get((topic, schema))
             if channel is None:
-                channel = self._channels[topic, schema] = self._registered(topic, schema)
+                channel = self._channels[topic, schema] = self._register_channel(topic, schema)
             self._chunks.add(channel, time_ns, data, number & 0xFFFFFFFF)
 
     def complete_chunk(self) -> None:
         """Write the messages that were added."""
         assert self._file is not None
-        with self._guarded():
+        with self._note_failure():
             self._chunks.flush()
             if self._file.tell() > self._repeat_at:
                 self._repeat(self._file)
@@ -181,7 +181,7 @@ class McapWriter(RecordingWriter):
         self.close()
 
     @contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _note_failure(self) -> Iterator[None]:
         try:
             yield
         except BaseException:
@@ -197,7 +197,7 @@ class McapWriter(RecordingWriter):
             self._attach(name, content)
         self._repeat_at = file.tell() * 3 // 2
 
-    def _registered(self, topic: str, schema: str) -> int:
+    def _register_channel(self, topic: str, schema: str) -> int:
         protobuf = schema.startswith("foxglove.")
         if schema not in self._schemas:
             content = _file_descriptors(schema) if protobuf else _ANY_OBJECT

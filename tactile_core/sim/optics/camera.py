@@ -60,7 +60,7 @@ class Chip:
     jpeg_quality: int | None
 
     @classmethod
-    def of(cls, profile: SensorBuild) -> Chip:
+    def from_profile(cls, profile: SensorBuild) -> Chip:
         """Return the image sensor of a profile.
 
         Raises
@@ -120,7 +120,7 @@ class Chip:
         noise_scale /= self.full_well_e**0.5
         most = self._levels - 1
         levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
-        return self._coded(np.asarray(levels)).reshape(light.shape)
+        return self._code_levels(np.asarray(levels)).reshape(light.shape)
 
     def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
@@ -128,7 +128,7 @@ class Chip:
             return pixels
         return _compress_pixels(pixels, self.jpeg_quality).reshape(pixels.shape)
 
-    def _coded(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
+    def _code_levels(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
         if self.gamma == 1 and self.bit_depth > 8:
             return np.minimum(levels, np.uint16(self._levels - 1))
         if _LOOKS_UP_16_BITS:
@@ -185,7 +185,7 @@ class Noise:
         rng = np.random.default_rng([seed, 1])
         self._table = _draw_steps(CAMERA.table_frames * size, rng) if from_table else None
 
-    def of(self, frame: int, exposure: int) -> Numbers:
+    def draw_samples(self, frame: int, exposure: int) -> Numbers:
         """Return the samples of one exposure of one frame."""
         rng = np.random.default_rng([self._seed, 2, frame, exposure])
         scale = 1 / CAMERA.steps_per_sigma

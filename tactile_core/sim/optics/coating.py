@@ -45,7 +45,7 @@ class Coating:
     roughness: float
 
     @classmethod
-    def of(cls, profile: SensorBuild) -> Coating:
+    def from_profile(cls, profile: SensorBuild) -> Coating:
         """Return the coating of the profile's gel and optics."""
         share = SEMI_SPECULAR.specular if profile.gel.coating == "semi_specular" else 0.0
         coat = profile.optics.coat

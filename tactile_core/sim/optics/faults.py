@@ -151,13 +151,13 @@ class Faults:
         sample = float(np.random.default_rng([seed, 23, frame]).random())
         return sample < self.slipped_frames
 
-    def worn(self, count: int, seed: int) -> NDArray[np.bool_]:
+    def draw_worn(self, count: int, seed: int) -> NDArray[np.bool_]:
         """(count,) bool: markers that are missing."""
         return np.asarray(
             np.random.default_rng([seed, 24]).random(count) < self.missing_markers, np.bool_
         )
 
-    def joined(self, centres: NDArray[np.float64], seed: int) -> NDArray[np.int_]:
+    def draw_joined(self, centres: NDArray[np.float64], seed: int) -> NDArray[np.int_]:
         """(M, 2) int: pairs of adjacent markers that have merged."""
         chosen = np.random.default_rng([seed, 27]).random(len(centres)) < self.merged_markers / 2
         pairs = []

@@ -69,7 +69,7 @@ class MarkerPrint:
     joined: NDArray[np.int_]
 
     @classmethod
-    def of(cls, profile: SensorBuild, faults: Faults, seed: int) -> MarkerPrint | None:
+    def from_profile(cls, profile: SensorBuild, faults: Faults, seed: int) -> MarkerPrint | None:
         """Return the markers of the profile's gel; None without markers."""
         markers = profile.gel.markers
         if markers is None:
@@ -93,8 +93,8 @@ class MarkerPrint:
             rng = np.random.default_rng([seed, 12])
             centres = centres + rng.normal(0, look.jitter_mm / image.mm_per_px, centres.shape)
         centres = _mount_print(centres, profile)
-        worn = faults.worn(len(centres), seed)
-        joined = faults.joined(centres, seed)
+        worn = faults.draw_worn(len(centres), seed)
+        joined = faults.draw_joined(centres, seed)
         return cls(centres, angles, size, look.shape, worn, joined)
 
     def reflectance(self, shape: tuple[int, int], centres_px: Float64, ink: float) -> Float32:

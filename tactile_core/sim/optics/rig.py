@@ -108,10 +108,10 @@ class RigOptics:
             seed=seed,
             shadow_columns=_SHADOW_COLUMNS[mode],
         )
-        self._chip = Chip.of(profile)
+        self._chip = Chip.from_profile(profile)
         size = self._shape[0] * self._shape[1] * len(self._colours)
         self._noise = Noise(size, seed, from_table=mode == "fast")
-        self._mixing = self._balanced()
+        self._mixing = self._balance_mixing()
         self._glass = vignette(self._shape, profile.optics.sensor.vignetting)
         dust = self._faults.dusty(self._shape, seed)
         if dust is not None:
@@ -170,7 +170,7 @@ class RigOptics:
         levels = [
             self._shots[shot - 1 if late else shot].levels for shot in range(len(self._shots))
         ]
-        planes = self._taken(surface, levels, number, first=0)
+        planes = self._take_exposures(surface, levels, number, first=0)
         pixels = planes[0] if len(planes) == 1 else _side_by_side(planes)
         if fate == "torn" and self._last is not None:
             row = int(above * len(pixels))
@@ -187,11 +187,11 @@ class RigOptics:
         finite: bool = False,
     ) -> Surface:
         """Prepare a gel surface for :meth:`photograph`; parameters as for :meth:`expose`."""
-        height = self._checked(height_mm, self._shape, "height_mm", finite)
+        height = self._check_values(height_mm, self._shape, "height_mm", finite)
         displacement = None
         if displacement_mm is not None:
             moved = (*self._shape, 2)
-            displacement = self._checked(displacement_mm, moved, "displacement_mm", finite)
+            displacement = self._check_values(displacement_mm, moved, "displacement_mm", finite)
         if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
             raise InputError(
                 f"markers_px has the shape {np.shape(markers_px)}, not {self.markers_px.shape}; "
@@ -216,9 +216,9 @@ class RigOptics:
         -------
         (H, W, 1) or (H, W, 3) uint8 or uint16
         """
-        return self._taken(surface, [levels], frame, first=exposure)[0]
+        return self._take_exposures(surface, [levels], frame, first=exposure)[0]
 
-    def _taken(
+    def _take_exposures(
         self, surface: Surface, levels: Sequence[Mapping[str, float]], frame: int, *, first: int
     ) -> list[NDArray[Any]]:
         """Take exposures under some lights each, as (H, W, K); ``first`` is the first's number."""
@@ -230,7 +230,9 @@ class RigOptics:
             if (bright := self._brightness(source, number, lit, frame)) > 0
         )
         shining = Shining(sources, surface, self._colours, len(levels))
-        noise = [self._noise.of(frame, first + exposure) for exposure in range(len(levels))]
+        noise = [
+            self._noise.draw_samples(frame, first + exposure) for exposure in range(len(levels))
+        ]
         colours = len(self._colours)
         taken = np.empty((len(levels), *self._shape, colours), self._chip.dtype)
         numbers = [one.steps.reshape(-1, *self._shape) for one in noise]
@@ -250,7 +252,7 @@ class RigOptics:
         name = source.led_array.name
         return levels.get(name, 0.0) * self._faults.level(name, number, frame, self._seed)
 
-    def _balanced(self) -> NDArray[np.float64]:
+    def _balance_mixing(self) -> NDArray[np.float64]:
         """(K, K) mixing matrix that gives the undeformed surface the profile's exposure.
 
         Colours are balanced to white, as by webcams; sequential lights share one gain. Faults are
@@ -276,7 +278,7 @@ class RigOptics:
         gain = gain * self._chip.light_of(sensor.exposure) / level
         return np.asarray(gain[:, None] * mixing)
 
-    def _checked(
+    def _check_values(
         self, values: NDArray[Any], shape: tuple[int, ...], name: str, finite: bool
     ) -> Float32:
         array = np.asarray(values, np.float32)

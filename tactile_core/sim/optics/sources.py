@@ -75,7 +75,7 @@ def sources_of(
     """
     image, ambient = profile.image, profile.optics.ambient
     shape = (image.height_px, image.width_px)
-    coating = Coating.of(profile)
+    coating = Coating.from_profile(profile)
     view = _towards_camera(profile, shape)
     deviations = np.random.default_rng([seed, 41]).standard_normal(len(led_arrays))
     made = []
@@ -129,7 +129,7 @@ class Shining:
         if not self.sources:
             return None
         shadows = [source.shadows for _, source, _, _ in self.sources]
-        low = self.surface.reduced(shadows[0].size)
+        low = self.surface.reduce_relief(shadows[0].size)
         return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
 
     @property

@@ -55,7 +55,7 @@ class Surface:
         """(H, W) grain: factor on the light of this index."""
         return _plane(self.textures, led_array)
 
-    def reduced(self, size: tuple[int, int]) -> Float32 | None:
+    def reduce_relief(self, size: tuple[int, int]) -> Float32 | None:
         """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
         if size not in self._reduced:
             height = self.relief_mm
@@ -103,7 +103,7 @@ class Membrane:
         self._mm_per_px = image.mm_per_px
         self._ink = coat.ink
         self._absorption = np.float32(coat.absorption_per_mm)
-        self.markers = MarkerPrint.of(profile, faults, seed)
+        self.markers = MarkerPrint.from_profile(profile, faults, seed)
         self.rest_mm: Float32 | None = None
         self._rest_slopes: Float32 | None = None
         if profile.gel.radius_mm is not None:
@@ -143,7 +143,7 @@ class Membrane:
         markers_px: NDArray[np.float64] | None = None,
     ) -> Surface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
-        textures = self._moved(displacement_mm)
+        textures = self._move_textures(displacement_mm)
         reflectance = None
         if self._print is not None and markers_px is None:
             reflectance = _plane(textures, self._print)
@@ -157,7 +157,7 @@ class Membrane:
             relief = height_mm + _plane(textures, self._scratches)
         return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
-    def _moved(self, displacement_mm: Float32 | None) -> Float32:
+    def _move_textures(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
         if displacement_mm is None:
             return self._at_rest
@@ -190,7 +190,7 @@ def _means(pixels: int, parts: int) -> BandedMatrix:
     edges = np.arange(parts + 1) * (pixels / parts)
     left = np.arange(pixels)
     covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
-    return BandedMatrix.of(np.maximum(covered, 0) * (parts / pixels))
+    return BandedMatrix.from_matrix(np.maximum(covered, 0) * (parts / pixels))
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:

@@ -28,5 +28,7 @@ def test_the_border_continues_with_the_last_cell() -> None:
 def test_a_peak_between_cells_keeps_its_height() -> None:
     y, x = centres(12, 4.0)[:, None] - 24, centres(16, 4.0) - 32
     cells = np.asarray(np.exp(-(x**2 + y**2) / (2 * 8.0**2)), np.float32)
-    assert interpolate_cells(refine_cells(cells), 2, (48, 64)).max() == pytest.approx(1.0, abs=0.025)
+    assert interpolate_cells(refine_cells(cells), 2, (48, 64)).max() == pytest.approx(
+        1.0, abs=0.025
+    )
     assert interpolate_cells(cells, 4, (48, 64)).max() < 0.945

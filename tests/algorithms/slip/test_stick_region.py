@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.slip.recent_fields import (
     as_complex,
     coarse,
-    positions_mm,
     displacement_since,
+    positions_mm,
     strain,
     stride_of,
 )

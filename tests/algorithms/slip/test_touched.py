@@ -11,8 +11,8 @@ from tactile_core.algorithms.arrays.filling import steepness
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
-    mask_squares,
     light_change,
+    mask_squares,
     small_image,
 )
 

@@ -8,7 +8,11 @@ import pytest
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
-from tactile_core.algorithms.slip.wide_contact import fills_view, smooth_displacement, smoothed_std_mm
+from tactile_core.algorithms.slip.wide_contact import (
+    fills_view,
+    smooth_displacement,
+    smoothed_std_mm,
+)
 
 SPACING_MM, SHAPE = 0.22, (60, 80)
 PLACE = positions_mm(SHAPE, SPACING_MM)

@@ -48,12 +48,12 @@ def test_a_reopened_camera_takes_photos_again_and_leaves_nothing(card: Path) -> 
     camera = DslrCamera(DslrOptions())
     with camera:
         camera.read(PATIENCE_S)
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with camera:
         assert camera.read(PATIENCE_S) is not None
         with pytest.raises(DeviceBusy):
             DslrCamera(DslrOptions()).open()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 @pytest.mark.parametrize(

@@ -180,11 +180,11 @@ def test_a_folder_that_disappears_is_a_lost_camera(tmp_path: Path) -> None:
 
 
 def test_closing_does_not_wait_for_the_next_look(tmp_path: Path) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     began = time.monotonic()
     camera_of(tmp_path, interval_s=60.0).open().close()
     assert time.monotonic() - began < 30
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_missing_folder_is_refused_on_opening(tmp_path: Path) -> None:

@@ -187,11 +187,11 @@ def test_nothing_stays_behind(other: OtherProcess) -> None:
     camera = camera_of()
     with camera:
         camera.read(PATIENCE_S)
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     for _ in range(3):
         with camera:
             camera.read(PATIENCE_S)
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_without_the_library_the_error_says_how_to_install_it(

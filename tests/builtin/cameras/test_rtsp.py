@@ -56,7 +56,7 @@ def test_a_stream_that_is_opened_again_leaves_nothing() -> None:
         camera = camera_at(server.url)
         with camera:
             camera.read(PATIENCE_S)
-        before = Footprint.now()
+        before = Footprint.take_snapshot()
         with camera:
             assert camera.read(PATIENCE_S) is not None
-        assert before.left() == ""
+        assert before.find_leaks() == ""

@@ -23,13 +23,13 @@ PATIENCE_S = 20.0
 @contextmanager
 def streaming(answer: Answer, timeout_s: float = 20.0) -> Iterator[StreamCamera]:
     """Open a camera on a server's stream; nothing stays behind."""
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with MjpegServer(answer) as server:
         camera = StreamCamera(StreamOptions(url=server.url, timeout_s=timeout_s))
         camera.set_drop("never")
         with camera:
             yield camera
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def values(camera: StreamCamera, count: int) -> list[int]:
@@ -166,7 +166,7 @@ def test_a_stream_that_ends_is_a_lost_camera_and_can_be_reopened() -> None:
         exchange.begin()
         exchange.send_image(jpeg(40))
 
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with MjpegServer(answer) as server:
         camera = StreamCamera(StreamOptions(url=server.url))
         for _ in range(2):
@@ -174,7 +174,7 @@ def test_a_stream_that_ends_is_a_lost_camera_and_can_be_reopened() -> None:
                 assert values(camera, 1) == [40]
                 with pytest.raises(CameraLost, match="ended the stream"):
                     camera.read(PATIENCE_S)
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_closed_connection_in_the_middle_of_an_image_is_a_lost_camera() -> None:
@@ -215,10 +215,10 @@ def test_closing_does_not_wait_for_a_silent_server() -> None:
 def test_an_answer_that_is_no_stream_is_explained_in_one_sentence(
     answer: Answer, message: str
 ) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with MjpegServer(answer) as server, pytest.raises(DeviceError, match=message):
         StreamCamera(StreamOptions(url=server.url, timeout_s=0.3)).open()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_port_where_nothing_listens_refuses_the_connection() -> None:

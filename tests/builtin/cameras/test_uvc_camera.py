@@ -58,12 +58,12 @@ def test_elsewhere_than_on_linux_only_the_index_is_possible(
 def test_a_device_file_that_is_missing_leaves_nothing_open(sysfs: Sysfs) -> None:
     sysfs._count = 4_000_000  # no machine has so many cameras
     sysfs.plug(serial="A")
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     camera = opening(serial="A")
     with pytest.raises(DeviceError, match="/dev/video4000000 does not exist"):
         camera.open()
     assert camera.device_id == "A"
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_usb_id_has_the_form_of_the_list_of_devices() -> None:

@@ -44,7 +44,7 @@ def test_the_examples_of_the_specification_have_their_checksums() -> None:
     example = re.findall(r"```text\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)[0]
     words = [decode(line.lstrip("> ").encode()) for line in example.splitlines()]
     assert [one[0] for one in words[:4]] == ["HELLO", "HELLO", "HELLO", "SET"]
-    assert BoxInfo.of(words[0][2:]) == BoxInfo("1.0", "L0001", 6, 0.001, 2.0)
+    assert BoxInfo.from_words(words[0][2:]) == BoxInfo("1.0", "L0001", 6, 0.001, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -59,4 +59,4 @@ def test_the_examples_of_the_specification_have_their_checksums() -> None:
 )
 def test_another_box_is_refused(description: str, message: str) -> None:
     with pytest.raises(LineError, match=message):
-        BoxInfo.of(description.split())
+        BoxInfo.from_words(description.split())

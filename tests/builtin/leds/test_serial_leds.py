@@ -112,11 +112,11 @@ def test_the_box_is_kept_alive_until_it_is_closed(box: LightBox) -> None:
 
 def test_a_closed_driver_leaves_no_thread_and_no_open_file(box: LightBox) -> None:
     leds(box).open().close()
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     for _ in range(5):
         with leds(box) as driver:
             driver.set({"led1": 1.0})
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 @pytest.mark.parametrize(
@@ -206,13 +206,13 @@ def test_a_box_that_falls_silent_between_settings_is_noticed_once(box: LightBox)
 def test_an_unplugged_box_is_an_error_and_closes(box: LightBox) -> None:
     driver = leds(box).open()
     driver.set({"led1": 1.0})
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     box.unplug()
     with pytest.raises(DeviceError, match=r"was disconnected .*; plug it in and open"):
         driver.set({"led2": 1.0})
     driver.close()
     driver.close()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     with pytest.raises(DeviceError, match=f"there is no serial port {box.port}"):
         driver.open()
     with light_box() as again:
@@ -256,10 +256,10 @@ def test_another_device_is_not_opened(
 ) -> None:
     box.answer = answer
     driver = leds(box, serial="L0001")
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with pytest.raises(DeviceError, match=message):
         driver.open()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     box.answer = box.proper
     driver.open().close()
 
@@ -290,7 +290,7 @@ def test_without_pyserial_the_command_to_install_it_is_named(
 @pytest.mark.soak
 def test_a_hundred_unplugs_at_random_moments() -> None:
     random = np.random.default_rng(0)
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     for _ in range(share_of(100)):
         box = LightBox()
         driver = leds(box).open()
@@ -301,7 +301,7 @@ def test_a_hundred_unplugs_at_random_moments() -> None:
         assert isinstance(done.error, DeviceError)
         driver.close()
         unplugging.join()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def set_until_it_fails(driver: SerialLeds) -> None:

@@ -44,13 +44,13 @@ def test_lights_are_set_together_and_go_out_at_the_end(bus: UsbBus, box: UsbLigh
 
 
 def test_the_box_is_kept_alive(bus: UsbBus, box: UsbLightBox) -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     with leds() as driver:
         driver.set({"led1": 1.0})
         while box.beats < 2:
             time.sleep(0.01)
         driver.check()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_light_that_does_not_settle_is_an_error(bus: UsbBus, box: UsbLightBox) -> None:

@@ -91,8 +91,8 @@ def test_an_unplugged_box_opens_again_once_it_is_back(
 def test_opening_again_leaves_nothing(bus: UsbipBackend) -> None:
     with leds(serial="L0001"):
         pass
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     for _ in range(3):
         with leds(serial="L0001") as driver:
             driver.set({"led1": 1.0})
-    assert before.left() == ""
+    assert before.find_leaks() == ""

@@ -22,7 +22,7 @@ SMALL = {
 def made_bench() -> tuple[Bench, VirtualHand]:
     hand = VirtualHand("desktop_three_colour", 200, SMALL)
     reference = average(list(hand.idle(5)))
-    return Bench.of(hand.profile, reference, 2 * hand.ball_mm, None), hand
+    return Bench.for_sensor(hand.profile, reference, 2 * hand.ball_mm, None), hand
 
 
 def judge() -> None:

@@ -66,7 +66,7 @@ def test_a_virtual_unit_measures_its_own_presses(unit: VirtualUnit) -> None:
 
 def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUnit) -> None:
     stream, frame = Stream(unit), unit.frames[1]
-    staged = stream.through(frame, {})
+    staged = stream.process_stages(frame, {})
     whole = Pipeline(unit.profile, unit.bundle).process(frame)
     given = {Frame, Reference, ReferenceGradients}
     assert set(staged) - given == set(whole.quantities)
@@ -78,14 +78,14 @@ def test_the_stages_together_measure_what_the_pipeline_measures(unit: VirtualUni
 def test_every_stage_of_a_marked_gel_is_named(unit: VirtualUnit) -> None:
     steps = ["height", "contact", "markers", "tracking", "displacement"]
     steps += ["slip_contact", "shear", "imprint", "release", "loss", "slip"]
-    assert list(Stream(unit).staged()) == [ACQUIRE, MARKERS, SLOPES, CHECK, *steps]
+    assert list(Stream(unit).time_stages()) == [ACQUIRE, MARKERS, SLOPES, CHECK, *steps]
 
 
 def test_a_tracked_contact_under_shear_is_timed() -> None:
     unit = virtual_unit(marked(), size_px=(320, 240))
     stream = Stream(unit)
     for frame in unit.stroke:
-        measured = stream.through(frame, {})
+        measured = stream.process_stages(frame, {})
         field, markers, contact, slip = (
             measured[kind] for kind in (DisplacementField, MarkerField, ContactMask, SlipState)
         )
@@ -104,7 +104,7 @@ def test_a_tracked_contact_under_shear_is_timed() -> None:
 def test_sequential_lights_are_verified() -> None:
     profile = load_profile("desktop_six_led")
     stream = Stream(virtual_unit(profile, size_px=(204, 171)))
-    assert list(stream.staged()) == [ACQUIRE, LIGHTS, SLOPES, CHECK, "height", "contact"]
+    assert list(stream.time_stages()) == [ACQUIRE, LIGHTS, SLOPES, CHECK, "height", "contact"]
     assert list(stream.whole()) == [WHOLE]
 
 

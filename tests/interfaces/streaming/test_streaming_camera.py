@@ -23,7 +23,7 @@ PATIENCE_S = 10.0
 @given(st.lists(st.sampled_from(["image", "torn"]), max_size=20))
 def test_every_whole_image_arrives_and_then_the_reason_why_none_follows(script: list[str]) -> None:
     given_ = [TORN if one == "torn" else numbered(i) for i, one in enumerate(script)]
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     camera = ScriptedCamera(*given_, CameraLost("the camera was unplugged"))
     camera.set_drop("never")
     with camera:
@@ -38,7 +38,7 @@ def test_every_whole_image_arrives_and_then_the_reason_why_none_follows(script: 
             camera.latest(PATIENCE_S)
     assert camera.statistics.torn == script.count("torn")
     assert camera.sources[0].closed == 1
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_stalled_camera_times_out_and_goes_on_afterwards() -> None:
@@ -69,14 +69,14 @@ def test_an_error_of_the_drivers_code_reaches_the_caller() -> None:
 
 
 def test_a_source_that_does_not_close_is_reported_once_the_thread_has_ended() -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     camera = ScriptedCamera().open()
     camera.sources[0].closing_error = OSError("the bus is stuck")
     with pytest.raises(DeviceError, match="does not close: OSError: the bus is stuck"):
         camera.close()
     assert not camera.is_open
     camera.close()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
 
 
 def test_a_driver_that_never_returns_does_not_hold_up_close() -> None:
@@ -97,12 +97,12 @@ def test_a_driver_that_never_returns_does_not_hold_up_close() -> None:
 
 
 def test_a_camera_that_is_forgotten_ends_its_thread() -> None:
-    before = Footprint.now()
+    before = Footprint.take_snapshot()
     camera = ScriptedCamera().open()
     source = camera.sources[0]
     del camera
     gc.collect()
-    assert before.left() == ""
+    assert before.find_leaks() == ""
     assert source.closed == 1
 
 

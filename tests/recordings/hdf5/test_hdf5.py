@@ -78,7 +78,7 @@ def test_pixels_and_what_the_camera_reported_come_back_exactly(tmp_path: Path) -
     assert file.finished
     for entry, one in zip(file.entries, sent, strict=True):
         assert isinstance(entry, ImageEntry)
-        assert entry.described == one.described()
+        assert entry.described == one.describe_image()
         assert isinstance(one.image, Image)
         back = file.image(entry)
         np.testing.assert_array_equal(back.pixels, one.image.pixels)

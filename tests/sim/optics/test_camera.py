@@ -51,7 +51,7 @@ def test_noise_may_be_in_steps(
 
 @pytest.mark.parametrize("from_table", [True, False])
 def test_noise_is_normal_although_it_is_rounded(from_table: bool) -> None:
-    steps, scale = Noise(400_000, 3, from_table=from_table).of(5, 0)
+    steps, scale = Noise(400_000, 3, from_table=from_table).draw_samples(5, 0)
     numbers = steps * scale
     assert numbers.mean() == pytest.approx(0, abs=0.01)
     assert numbers.std() == pytest.approx(1, abs=0.005)

@@ -47,7 +47,7 @@ def test_held_out_presses_are_measured(
         return Frame(pixels, optics.channels, image.mm_per_px, optics.full_scale)
 
     undeformed = average([frame(np.zeros(shape)) for _ in range(4)])
-    finder = MarkerFinder.of(profile, undeformed)
+    finder = MarkerFinder.for_gel(profile, undeformed)
     if finder is not None:
         undeformed = replace(undeformed, marker_mask=finder.find(undeformed.pixels))
 

@@ -76,8 +76,8 @@ def read_scan(path: Path) -> Scan:
     outside = next((image for image in images if _leaves(image)), None)
     if outside is not None:
         raise InputError(
-            f"{path}: images must be in the scan's folder, but {shorten_repr(outside)} is outside it; "
-            f"move the file there"
+            f"{path}: images must be in the scan's folder, but {shorten_repr(outside)} is outside "
+            f"it; move the file there"
         )
     annotations = content.get("annotations") or []
     if not isinstance(annotations, list) or not all(isinstance(a, dict) for a in annotations):

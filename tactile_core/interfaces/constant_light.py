@@ -71,7 +71,7 @@ class ConstantIllumination(Illumination):
     @property
     def lights(self) -> tuple[Light, ...]:
         """The lights, in the order of the profile."""
-        return tuple(light.placed(light.feeds) for light in self.options.lights)
+        return tuple(light.make_light(light.feeds) for light in self.options.lights)
 
     @property
     def channels(self) -> tuple[str, ...]:

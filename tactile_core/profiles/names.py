@@ -119,8 +119,8 @@ def _unknown(name: str, known: Sequence[str]) -> str:
     else:
         hint = f"did you mean {close[0]!r}? " if close else ""
     return (
-        f"there is no profile {shorten_repr(name)}; {hint}There are {', '.join(known)}, and a file is "
-        f"named by its path (ending in .yaml)"
+        f"there is no profile {shorten_repr(name)}; {hint}There are {', '.join(known)}, and a file "
+        f"is named by its path (ending in .yaml)"
     )
 
 

@@ -138,8 +138,8 @@ class RecordedSource(ObservationSource):
             for image in images:
                 if ImageKind.from_pixels(image.pixels) != self.kind:
                     raise InputError(
-                        f"{name} is {ImageKind.from_pixels(image.pixels)}, but the first image of the "
-                        f"recording is {self.kind}; record again"
+                        f"{name} is {ImageKind.from_pixels(image.pixels)}, but the first image of "
+                        f"the recording is {self.kind}; record again"
                     )
             yield Observation(name, tuple(images))
 

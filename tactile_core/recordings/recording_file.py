@@ -25,7 +25,7 @@ class ImageEntry:
     ----------
     described : mapping
         As :meth:`RecordedImage.described
-        <tactile_core.recordings.recorder.RecordedImage.described>` gave it.
+        <tactile_core.recordings.recorder.RecordedImage.describe_image>` gave it.
     place : object
         Where the file has it; only the :class:`RecordingFile` that made it understands it.
     """

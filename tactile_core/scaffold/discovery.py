@@ -60,7 +60,8 @@ def check_name(name: str) -> None:
     """
     if not _NAME.fullmatch(name) or not name.isascii() or len(name) > 100:
         raise InputError(
-            f"{shorten_repr(name)}: a name has up to 100 letters, digits and '_', and begins with a letter"
+            f"{shorten_repr(name)}: a name has up to 100 letters, digits and '_', and begins "
+            f"with a letter"
         )
     if name in [entry.name for entry in shipped_profiles()]:
         raise InputError(f"{name!r} is the name of a shipped profile; choose another")

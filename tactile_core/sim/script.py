@@ -301,7 +301,7 @@ class Script:
         yield
         for number, step in enumerate(self.steps):
             try:
-                yield from step.action.played(stage)
+                yield from step.action.play_frames(stage)
             except InputError as error:
                 location = self._tree.origin(("steps", number, *step.model_fields_set))
                 raise InputError(f"{location}: {error}") from error

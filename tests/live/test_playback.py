@@ -36,7 +36,7 @@ def test_a_pause_waits_and_a_step_shows_one_observation() -> None:
     playback.play(step=True)
     assert not playback.waits
     assert playback.wait_s(99.0, now_s=0.0) == 0
-    playback.played()
+    playback.note_observation()
     assert playback.waits
     assert playback.state.paused
 

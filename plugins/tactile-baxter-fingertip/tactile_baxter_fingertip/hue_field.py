@@ -87,7 +87,7 @@ class ReferenceLight:
 
 
 class HueField:
-    """Decodes entire images, plane by plane; equivalent to :func:`corrected`."""
+    """Decodes entire images, plane by plane; equivalent to :func:`correct_normals`."""
 
     def __init__(
         self, decoder: HueDecoder, correction: HueCorrection, light: ReferenceLight

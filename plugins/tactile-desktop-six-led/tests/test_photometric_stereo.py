@@ -220,7 +220,7 @@ def test_two_outlier_lights_of_six_are_rejected() -> None:
     changed = clean.copy()
     changed[1] += 1.0
     changed[4] -= 0.2
-    corrected, consistent = redundancy.corrected(changed)
+    corrected, consistent = redundancy.correct_response(changed)
     assert consistent.mean() > 0.7
     assert np.abs(corrected - clean)[:, consistent].max() < 0.1
 

@@ -20,6 +20,6 @@ def test_the_tilt_is_a_quadratic_of_the_position() -> None:
     tilt = np.zeros((2, 6), np.float32)
     tilt[0, :3] = 1, 2, 3
     tilt[1, 5] = 4
-    x, y = PressLight(tilt, 0.1).over(np.array([[0.5, -1.0]], np.float32))
+    x, y = PressLight(tilt, 0.1).tilt_at(np.array([[0.5, -1.0]], np.float32))
     assert x == pytest.approx(1 + 2 * 0.5 - 3)
     assert y == pytest.approx(4)

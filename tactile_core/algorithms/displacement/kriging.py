@@ -122,7 +122,7 @@ class Kriging:
         Parameters
         ----------
         weighted : (N, J) float64
-            The values, from :meth:`weighted`.
+            The values, from :meth:`weight_values`.
 
         Returns
         -------

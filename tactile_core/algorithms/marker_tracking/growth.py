@@ -46,7 +46,7 @@ class Scene:
     def pair_markers(
         self, expected_px: Array, within_px: Array, found_px: Array | None = None
     ) -> Intp:
-        """Match markers with all detections, or with those given; see :func:`paired`."""
+        """Match markers with all detections, or with those given; see :func:`pair_nearest`."""
         found_px = self.found_px if found_px is None else found_px
         return pair_nearest(expected_px, found_px, within_px)
 

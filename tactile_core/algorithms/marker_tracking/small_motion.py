@@ -55,8 +55,8 @@ def steady(
 ) -> tuple[Array, Array] | None:
     """Follow markers of which none was lost, if all of them make a small, smooth step again.
 
-    It is the outcome of :func:`match_markers` when every marker is searched, matched and smooth, which
-    is most often the case and found out many times faster.
+    It is the outcome of :func:`match_markers` when every marker is searched, matched and smooth,
+    which is most often the case and found out many times faster.
 
     Parameters
     ----------

@@ -244,7 +244,7 @@ def contact_motion(
     Parameters
     ----------
     now, before : (h, w) complex64
-        See :func:`since`.
+        See :func:`displacement_since`.
     spacing_mm : float
         Distance between neighbouring grid points.
     mask : (h, w) bool
@@ -280,7 +280,7 @@ def recent_motion(
     Parameters
     ----------
     now, before : (h, w) complex64
-        See :func:`since`.
+        See :func:`displacement_since`.
     spacing_mm : float
         Distance between neighbouring grid points.
     points : (n,) intp

@@ -125,16 +125,16 @@ def select_node(
     ]
     if not matching:
         raise DeviceAbsent(
-            f"no connected camera has {asked}; connected are {_list_nodes(nodes)}; connect that camera "
-            f"or correct 'camera' in the profile, {CLAIM}, {INSTEAD}"
+            f"no connected camera has {asked}; connected are {_list_nodes(nodes)}; connect that "
+            f"camera or correct 'camera' in the profile, {CLAIM}, {INSTEAD}"
         )
     if len(matching) > 1:
         key = "serial" if len({node.serial for node in matching}) == len(matching) else "port"
         if key == "port" and len({node.port for node in matching}) < len(matching):
             matching = [replace(node, port=node.interface) for node in matching]
         raise DeviceAbsent(
-            f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_list_nodes(matching)}; "
-            f"write '{key}' in 'camera' of the profile to choose one, or {CLAIM}"
+            f"{len(matching)} cameras match{f' {asked}' if asked else ''}: {_list_nodes(matching)}"
+            f"; write '{key}' in 'camera' of the profile to choose one, or {CLAIM}"
         )
     return matching[0]
 

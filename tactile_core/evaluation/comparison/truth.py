@@ -106,8 +106,8 @@ def _is_number(array: NDArray[Any]) -> bool:
 def _check_size(true: tuple[int, ...], measured: tuple[int, ...], what: str) -> None:
     if true != measured:
         raise InputError(
-            f"{what} is {_format_shape(true)} but {_format_shape(measured)} was measured; give the truth "
-            f"of this recording"
+            f"{what} is {_format_shape(true)} but {_format_shape(measured)} was measured; give the "
+            f"truth of this recording"
         )
 
 

@@ -62,7 +62,7 @@ class LoadMap(nn.Module):
 
     def forward(self, planes: Any) -> Any:
         """(N, 4) wrenches."""
-        return self.summed(self.loads(planes))
+        return self.sum_loads(self.loads(planes))
 
 
 def wrench_of_loads(view_mm: Float64, cells: tuple[int, int]) -> Float32:

@@ -217,8 +217,8 @@ def recorded_samples(
     absent = sorted(set(range(len(table.rows))) - set(rows))
     if absent:
         raise InputError(
-            f"{forces} has a force for the {table.key} {shorten_repr(table.rows[absent[0]])}, which "
-            f"{input} does not contain; give the forces of this recording"
+            f"{forces} has a force for the {table.key} {shorten_repr(table.rows[absent[0]])}, "
+            f"which {input} does not contain; give the forces of this recording"
         )
     sequences = np.array([table.sequences[row] for row in rows])
     if len(set(sequences)) < _FEWEST_SEQUENCES:

@@ -211,7 +211,7 @@ def _loss(network: Any, seen: Batch, wrench_std: Any, load_std: Any) -> Any:
         found = network(planes) / wrench_std
         return functional.smooth_l1_loss(found, true, beta=TRAINING.wrench_knee)
     loads = network.loads(planes)
-    found = network.summed(loads) / wrench_std
+    found = network.sum_loads(loads) / wrench_std
     wrench = functional.smooth_l1_loss(found, true, beta=TRAINING.wrench_knee)
     each = functional.smooth_l1_loss(
         loads / load_std,

@@ -33,7 +33,7 @@ _TEXT_BYTES = 64
 
 
 class NumberColumn(NamedTuple):
-    """A value of :meth:`RecordedImage.described` as a column.
+    """A value of :meth:`RecordedImage.describe_image` as a column.
 
     Attributes
     ----------

@@ -309,7 +309,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
 def _describe_row(
     row: int, numbers: Mapping[str, NDArray[Any]], levels: Mapping[str, NDArray[Any]]
 ) -> dict[str, Any]:
-    """Return what was written with an image, as :meth:`RecordedImage.described` gave it."""
+    """Return what was written with an image, as :meth:`RecordedImage.describe_image` gave it."""
     described: dict[str, Any] = {}
     for name, column in numbers.items():
         value = column[row].item()

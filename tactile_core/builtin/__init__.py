@@ -29,7 +29,7 @@ def tactile_cameras() -> Mapping[str, str]:
 def tactile_illuminations() -> Mapping[str, str]:
     """Illuminations of the core."""
     return {
-        "constant": "tactile_core.interfaces.constant_light:ConstantIllumination",
+        "constant": "tactile_core.interfaces.illumination:ConstantIllumination",
         "sequential": "tactile_core.builtin.sequential:SequentialIllumination",
     }
 

@@ -7,8 +7,13 @@ from typing import ClassVar, Self
 from pydantic import BaseModel, Field, PositiveFloat, model_validator
 
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination, Light
-from tactile_core.interfaces.light_options import LightOptions, refuse_same_names
+from tactile_core.interfaces.illumination import (
+    Exposure,
+    Illumination,
+    Light,
+    LightOptions,
+    refuse_same_names,
+)
 
 FEWEST_LIGHTS = 3  # The normal and the albedo have three unknowns (Woodham 1980)
 

@@ -19,7 +19,7 @@ from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.interfaces.calibrator import Progress, Silent
-from tactile_core.interfaces.constant_light import COLOUR
+from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of

@@ -14,7 +14,7 @@ from tactile_core.formats.folders import fresh_folder, move_in, resolve_links
 from tactile_core.formats.images import write_png
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.calibrator import Progress, Silent
-from tactile_core.interfaces.constant_light import COLOUR
+from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.quantities import Frame
 from tactile_core.sim.script import Script
 from tactile_core.sim.stage import VirtualStage

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.interfaces.constant_light import (
+from tactile_core.interfaces.illumination import (
     ConstantIllumination,
     ConstantLightOptions,
     ConstantOptions,
+    Light,
 )
-from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.optics import LightBuild
 
 

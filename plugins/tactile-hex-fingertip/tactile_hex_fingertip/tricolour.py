@@ -14,8 +14,8 @@ from typing import ClassVar
 
 from pydantic import BaseModel, Field, model_validator
 
-from tactile_core.interfaces.constant_light import ConstantIllumination, ConstantLightOptions
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.illumination import ConstantIllumination, ConstantLightOptions
 
 # Tilt of the LED arrays relative to the gel surface, in degrees; Yuan et al. 2017, section 4.2.
 ARRAY_TILT_DEG = 71.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.constant_light import COLOUR
+from tactile_core.interfaces.illumination import COLOUR
 
 
 class CAMERA:

@@ -14,8 +14,7 @@ from tactile_core.acquisition.assembly import exposures_of
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.constant_light import COLOUR
-from tactile_core.interfaces.illumination import Exposure
+from tactile_core.interfaces.illumination import COLOUR, Exposure
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette

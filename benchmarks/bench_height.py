@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.levelling import rest_plane
 from tactile_core.algorithms.markers import contrast_of, find_markers, marker_mask
 from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
 from tactile_core.algorithms.poisson.screened import Boundary, Laplacian
-from tactile_core.algorithms.rest_surface import rest_plane
 
 Array = NDArray[Any]
 

@@ -27,7 +27,7 @@ from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.marker_tracking.pairing import pair_nearest
 from tactile_core.algorithms.markers.spots import _moments
 from tactile_core.algorithms.photometric import fill_markers
-from tactile_core.algorithms.validity import two_within
+from tactile_core.algorithms.sampling import two_within
 
 Array = NDArray[Any]
 Row = tuple[str, Callable[[], Any], Callable[[], Any]]

@@ -26,8 +26,8 @@ from tactile_core.pipeline.playback import Devices, make_lights
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
-from tactile_core.recordings.kinds import recording_file
 from tactile_core.recordings.recording_file import ImageEntry
+from tactile_core.recordings.source import recording_file
 from tactile_core.sim import VirtualStage
 
 PROFILE = "hex_fingertip"

@@ -42,9 +42,9 @@ from tactile_core.live.opening import WantedSensor, open_live
 from tactile_core.live.server import LivePage
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
-from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RunningRecording
+from tactile_core.recordings.source import recording_writer
 
 _SPAWN = get_context("spawn")  # a library's threads do not survive a fork
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10

@@ -21,7 +21,7 @@ from experiments.slip_trials import LIFT_FRAME, area, area_within
 from tactile_core import MarkerField, open_sensor
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
 from tactile_core.algorithms.slip.state import imprint_evidence
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.quantities import ShearRelease
 
 ROOT = Path(__file__).resolve().parents[1]

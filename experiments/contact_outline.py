@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel_surface import GelSurface

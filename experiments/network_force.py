@@ -13,7 +13,7 @@ from time import thread_time
 import cv2
 import numpy as np
 
-from tactile_core.builtin.networks.force_cnn import ForceNetwork
+from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.evaluation.force_training.samples import sample_size
 from tactile_core.evaluation.force_training.training import force_scores
 from tactile_core.interfaces.estimator import SensorContext

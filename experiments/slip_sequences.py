@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.builtin.contact import Displacement
-from tactile_core.builtin.contact_shear import ShearOfContact
 from tactile_core.builtin.imprint_motion import MotionOfImprint, ReleaseOfShear
+from tactile_core.builtin.optical_flow import ShearOfContact
 from tactile_core.builtin.slip import Slip
 from tactile_core.builtin.slip_contact import SlipContactFinder
 from tactile_core.interfaces.device import Options

@@ -20,7 +20,7 @@ def __getattr__(name: str) -> Any:
     try:
         return _imported(name)
     except (ImportError, AttributeError) as error:
-        from tactile_core.plugins.opencv import opencv_fault_behind
+        from tactile_core.plugins.entry_points import opencv_fault_behind
 
         fault = opencv_fault_behind(error)
         if fault:

@@ -16,10 +16,10 @@ from .errors import PluginError as PluginError
 from .errors import ProfileError as ProfileError
 from .errors import TactileError as TactileError
 from .interfaces.artefact import Artefact as Artefact
-from .interfaces.calibration import Calibration as Calibration
 from .interfaces.calibrator import Calibrator as Calibrator
 from .interfaces.calibrator import Press as Press
 from .interfaces.camera import Camera as Camera
+from .interfaces.camera import StreamStatistics as StreamStatistics
 from .interfaces.camera import Trigger as Trigger
 from .interfaces.device import ConnectedDevice as ConnectedDevice
 from .interfaces.estimator import Estimator as Estimator
@@ -35,10 +35,10 @@ from .interfaces.light_driver import LightDriver as LightDriver
 from .interfaces.reading import Reading as Reading
 from .interfaces.sink import Session as Session
 from .interfaces.sink import Sink as Sink
+from .interfaces.slope_errors import Calibration as Calibration
 from .interfaces.slope_models.samples import SlopeOptions as SlopeOptions
 from .interfaces.slope_models.slope_model import SlopeCalibration as SlopeCalibration
 from .interfaces.slope_models.slope_model import SlopeModel as SlopeModel
-from .interfaces.stream_statistics import StreamStatistics as StreamStatistics
 from .interfaces.streaming.encoded_image import TornImage as TornImage
 from .interfaces.streaming.streaming_camera import ImageSource as ImageSource
 from .interfaces.streaming.streaming_camera import StreamingCamera as StreamingCamera

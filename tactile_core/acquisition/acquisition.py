@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
-from tactile_core.acquisition.clock import HOST, Clock
-from tactile_core.acquisition.free_running import FreeRunning
+from tactile_core.acquisition.free_running import HOST, Clock, FreeRunning
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.illumination import Exposure, Illumination

@@ -1,16 +1,35 @@
-"""Images of a camera that runs freely: which of them a light was on for."""
+"""Lights in step with a camera that runs freely, timed by one clock."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.acquisition.clock import Clock
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.quantities import Image
+
+
+class Clock(NamedTuple):
+    """A clock that never goes back.
+
+    Attributes
+    ----------
+    now : callable
+        Returns the time, s.
+    sleep : callable
+        Waits for a time, s.
+    """
+
+    now: Callable[[], float]
+    sleep: Callable[[float], None]
+
+
+HOST = Clock(time.monotonic, time.sleep)  # The clock of every camera's timestamps
 
 
 class FREE_RUNNING:

@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.places import from_middle
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.shrinking import shrink_image
-from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.algorithms.levels import LEVELS
 
 

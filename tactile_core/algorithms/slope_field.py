@@ -1,18 +1,15 @@
-"""Slopes of a whole image from a model of relative change and position.
-
-On small images, and on images of other than three channels, the model is evaluated at every pixel;
-on others by :mod:`tactile_core.algorithms.slope_grid`.
-"""
+"""Slopes of every pixel, and their standard errors."""
 
 from __future__ import annotations
 
 from functools import cached_property
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change, to_gradient
@@ -141,3 +138,105 @@ class Sampler:
         smoothed = self._smoothing.apply(pixels, marker_mask)
         change = relative_change(smoothed, self._base, full_scale=self._full_scale)
         return np.concatenate([change, self._place], axis=2)
+
+
+class ERRORS:
+    """Parameters of the standard deviation of slopes. Nothing sets them from outside."""
+
+    # [share] Share of errors within one standard deviation. The quantile is used instead of the
+    # root mean square, because errors have heavy tails. Source: normal distribution.
+    within_one_std = 0.6827
+    # [count] Bins of the slope, of equal ratio. Source: by hand, errors vary smoothly with the
+    # slope.
+    bins = 18
+    # [count] Neighbouring bins are merged until each holds as many pixels. Source: a hundred
+    # values give the quantile within a tenth.
+    min_samples = 100
+    # [share] Quantile of the slopes other than 0 that counts as the smallest slope that a model
+    # returns. Source: by hand, nearly the smallest, but not a single pixel's.
+    smallest_share = 0.02
+    # [mm per mm] All smaller slopes share the lowest bin. Source: a fiftieth of a degree, far
+    # below the noise of any sensor.
+    least_slope = 3e-4
+    # [px] Error of position of a feature of the surface. Where slopes vary, it is an error of
+    # slope. Source: ``benchmarks/uncertainty.py`` on virtual indenters other than the ball.
+    edge_px = 1.0
+    # [count] Cells along the longer side of the image. Source: by hand, for speed; standard
+    # deviations vary slowly.
+    max_cells = 160
+
+
+def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:
+    """Tabulate the size of an error against the measured slope.
+
+    Parameters
+    ----------
+    slopes : (N,) float
+        Measured slopes: the length of the gradient, mm per mm.
+    errors : (N, 2) float
+        Measured minus true slopes, x and y.
+
+    Returns
+    -------
+    slopes, std : (M,) float32
+        Mean slope in each bin, and the standard deviation of a component there.
+    """
+    zero = slopes < ERRORS.least_slope
+    if ERRORS.min_samples <= np.count_nonzero(zero) < len(slopes):
+        # a model that ignores small changes may miss any slope up to the smallest that it returns
+        missed = float(np.quantile(slopes[~zero], ERRORS.smallest_share))
+        errors = np.where(zero[:, None], np.maximum(np.abs(errors), missed), errors)
+    order = np.argsort(slopes)
+    slopes, size = slopes[order], np.abs(errors[order])
+    steepest = max(float(slopes[-1]), 2 * ERRORS.least_slope)
+    edges = np.geomspace(ERRORS.least_slope, steepest, ERRORS.bins)
+    starts = [0]
+    for start in np.searchsorted(slopes, edges):
+        if start - starts[-1] >= ERRORS.min_samples and len(slopes) - start >= ERRORS.min_samples:
+            starts.append(int(start))
+    bins = [slice(a, b) for a, b in zip(starts, [*starts[1:], len(slopes)], strict=True)]
+    std = [np.quantile(size[one], ERRORS.within_one_std) for one in bins]
+    return (
+        np.array([slopes[one].mean() for one in bins], np.float32),
+        np.array(std, np.float32),
+    )
+
+
+def slope_std(
+    gx: Float32, gy: Float32, slopes: Float32, std: Float32, *, step_px: int = 1
+) -> Float32:
+    """Return the standard deviation of a component of the slope, on a coarse grid.
+
+    It is that of the slope's size in a table, plus what an error of position causes where the slope
+    varies, for example at an edge.
+
+    Parameters
+    ----------
+    gx, gy : (H, W) float32
+        ∂z/∂x and ∂z/∂y.
+    slopes, std : (M,) float32
+        Result of :func:`error_table`.
+    step_px : int
+        Distance between neighbouring slopes.
+
+    Returns
+    -------
+    (h, w) float32
+        One value per cell; equal cells tile the image.
+    """
+    step = max(1, -(-max(gx.shape) // ERRORS.max_cells))
+    size = max(1, gx.shape[1] // step), max(1, gx.shape[0] // step)
+    # numpy rounds alike wherever an array lies in memory; OpenCV's magnitude does not
+    x, y = (cv2.resize(g, size, interpolation=cv2.INTER_NEAREST) for g in (gx, gy))
+    found = np.interp(np.hypot(x, y), slopes, std)
+    variation = np.zeros(found.shape, np.float32)
+    for g in (gx, gy):
+        mean = cv2.resize(g, size, interpolation=cv2.INTER_AREA)
+        across, down = (
+            cv2.Sobel(mean, cv2.CV_32F, *order, ksize=1, borderType=cv2.BORDER_REPLICATE)
+            for order in ((1, 0), (0, 1))
+        )
+        variation += np.hypot(across, down)
+    # central differences span two cells
+    edge = variation * (ERRORS.edge_px / (2 * step * step_px))
+    return np.asarray(np.hypot(found, edge), np.float32)

@@ -73,9 +73,9 @@ def tactile_estimators() -> Mapping[str, str]:
     return {
         "contact_loss": "tactile_core.builtin.imprint_motion:LossOfContact",
         "contact": "tactile_core.builtin.contact:Contact",
-        "contact_shear": "tactile_core.builtin.contact_shear:ShearOfContact",
+        "contact_shear": "tactile_core.builtin.optical_flow:ShearOfContact",
         "displacement": "tactile_core.builtin.contact:Displacement",
-        "force_cnn": "tactile_core.builtin.networks.force_cnn:ForceNetwork",
+        "force_cnn": "tactile_core.builtin.networks.network_step:ForceNetwork",
         "force_elastic": "tactile_core.builtin.force_elastic:ElasticForce",
         "force_linear": "tactile_core.builtin.force_linear:LinearForce",
         "friction": "tactile_core.builtin.imprint_motion:FrictionEstimator",
@@ -89,7 +89,7 @@ def tactile_estimators() -> Mapping[str, str]:
         "shear_release": "tactile_core.builtin.imprint_motion:ReleaseOfShear",
         "slip": "tactile_core.builtin.slip:Slip",
         "slip_contact": "tactile_core.builtin.slip_contact:SlipContactFinder",
-        "marker_tracking": "tactile_core.builtin.marker_tracking:MarkerTracking",
+        "marker_tracking": "tactile_core.builtin.contact:MarkerTracking",
     }
 
 

@@ -15,7 +15,7 @@ from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintT
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
 from tactile_core.algorithms.slip.state import ShearPeak
 from tactile_core.algorithms.slip.surface_view import VIEW
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactLoss,

@@ -49,7 +49,7 @@ class Poisson(Estimator):
     the height of the reference is 0. With "neumann" the height has a free constant, set by the
     surface out of contact. A tilt of the whole map below ``drift_slope`` counts as illumination
     drift and is removed, too, since no press tilts the surface far from it; for the exceptions see
-    :func:`tactile_core.algorithms.rest_surface.rest_plane`. With ``levelled``, other smooth errors
+    :func:`tactile_core.algorithms.levelling.rest_plane`. With ``levelled``, other smooth errors
     are estimated where the surface is undeformed, and subtracted; see
     :func:`tactile_core.algorithms.rest_area.height_error`. With "dirichlet" the height is 0 at the
     border of the image, and nothing is shifted.

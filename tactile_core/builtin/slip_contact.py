@@ -13,6 +13,7 @@ from tactile_core.algorithms.arrays.shrinking import repeat_pixels
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, pick_pixels, stride_of
 from tactile_core.algorithms.slip.sheared_contact import Load
+from tactile_core.algorithms.slip.stick_region import rim_share
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
@@ -21,8 +22,7 @@ from tactile_core.algorithms.slip.touched import (
     small_image,
     steepness_of,
 )
-from tactile_core.algorithms.slip.wide_contact import rim_share
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactMask,

@@ -1,9 +1,11 @@
-"""From ground truth to a bundle: fit, cross-validate, and collect what contradicts the result."""
+"""The bundle of a fitted calibration."""
 
 from __future__ import annotations
 
 import platform
+from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,9 +22,8 @@ from tactile_core.calibration.light_range import (
     thickness_of,
 )
 from tactile_core.calibration.result import Calibrated
-from tactile_core.calibration.scoring import CrossValidation
+from tactile_core.calibration.scoring import CrossValidation, Trials
 from tactile_core.calibration.targets import CalibrationTarget
-from tactile_core.calibration.trials import Trials
 from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
@@ -30,7 +31,9 @@ from tactile_core.interfaces.calibrator import Calibrator, Progress
 from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Reference
+from tactile_core.quantities import Frame, Reference
+from tactile_core.recordings.recording_file import EventEntry
+from tactile_core.recordings.source import is_recorded, recording_file
 
 
 def conditioning_for(
@@ -140,3 +143,44 @@ def _versions() -> dict[str, str]:
         "numpy": np.__version__,
         "opencv": cv2.__version__,
     }
+
+
+# Names of the events; their values are those of GuidedSession.
+KEPT, WITHDRAWN = "calibration press kept", "calibration press withdrawn"
+
+
+@dataclass(frozen=True)
+class GuidedSession:
+    """Presses that a guided calibration kept.
+
+    Attributes
+    ----------
+    stamps_s : frozenset of float
+        Timestamps of their frames.
+    ball_diameter_mm : float
+    """
+
+    stamps_s: frozenset[float]
+    ball_diameter_mm: float
+
+    @classmethod
+    def from_recording(cls, path: Path) -> GuidedSession | None:
+        """Read it from a recording; None if no calibration was guided in it."""
+        if not path.exists() or not is_recorded(path):
+            return None
+        stamps: dict[str, float] = {}
+        ball_mm = None
+        with recording_file(path) as file:
+            for entry in file.entries:
+                if not isinstance(entry, EventEntry):
+                    continue
+                if entry.name == KEPT:
+                    stamps[str(entry.values["name"])] = float(entry.values["timestamp_s"])
+                    ball_mm = float(entry.values["ball_diameter_mm"])
+                elif entry.name == WITHDRAWN:
+                    stamps.pop(str(entry.values["name"]), None)
+        return None if ball_mm is None else cls(frozenset(stamps.values()), ball_mm)
+
+    def is_kept(self, frame: Frame) -> bool:
+        """Whether a frame is one of the presses."""
+        return frame.timestamp_s in self.stamps_s

@@ -9,8 +9,7 @@ from typing import Any
 
 from tactile_core.bundles.bundle import check_serial
 from tactile_core.calibration.crew import Crew
-from tactile_core.calibration.fitted_bundle import conditioning_for, fitted_bundle
-from tactile_core.calibration.guided_session import GuidedSession
+from tactile_core.calibration.fitted_bundle import GuidedSession, conditioning_for, fitted_bundle
 from tactile_core.calibration.press_search import check_ball
 from tactile_core.calibration.result import Calibrated
 from tactile_core.calibration.target_surface import is_height_map

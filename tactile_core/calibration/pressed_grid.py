@@ -1,21 +1,24 @@
-"""A grid of balls in one frame: its circles are refined together, or without held-out balls."""
+"""Surfaces of many touches: grids of balls, and height maps."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
-from tactile_core.algorithms.dome import flat_equivalent
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.calibration.light_range import undeformed_press
+from tactile_core.algorithms.photometric import smooth_background
+from tactile_core.algorithms.sphere import flat_equivalent
+from tactile_core.calibration.light_range import undeformed_press, undeformed_sample
+from tactile_core.calibration.map_rows import MAP_ROWS, MapBlock
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Fold
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Frame
 
 
@@ -118,3 +121,52 @@ class PressedGrid:
             x0, y0 = self.centres_px[i]
             around |= np.hypot(x - x0, y - y0) < apart.min() / 2
         return around
+
+
+@dataclass(frozen=True, eq=False)
+class PressedMap:
+    """A surface with a height map, in one frame.
+
+    Attributes
+    ----------
+    bands : sequence of MapBlock
+        Bands of the complete frame.
+    frame : Frame
+        The frame as recorded.
+    condition : Conditioning
+    reference_from_press : bool
+        The reference is the large-scale light of the frame itself, not a recording.
+    """
+
+    bands: Sequence[MapBlock]
+    frame: Frame
+    condition: Conditioning
+    reference_from_press: bool
+
+    def sample_undeformed(self, condition: Conditioning) -> Press:
+        """Training samples of the undeformed gel surface, from a conditioning's reference."""
+        return undeformed_sample(self.frame, condition.undeformed, MAP_ROWS.undeformed_pixels)
+
+    def make_fold(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
+        """Return the other bands, in a copy of the frame without the held-out ones."""
+        hidden = np.logical_or.reduce([self.bands[i].area() for i in held_out])
+        condition = self._conditioning(hidden) if self.reference_from_press else self.condition
+        target = replace(
+            self.bands[0].target, frame=condition.condition_without(self.frame, hidden)
+        )
+        others = [
+            replace(band, target=target) for i, band in enumerate(self.bands) if i not in held_out
+        ]
+        used = [band for band in others if band.used]
+        if not used:
+            return None
+        undeformed = self.sample_undeformed(condition)
+        return Fold(used, condition.undeformed, self.bands.__getitem__, (undeformed,))
+
+    def _conditioning(self, hidden: Bool) -> Conditioning:
+        """Return a conditioning whose reference is the light of the pixels that are not hidden."""
+        shown = np.where(hidden[..., None], 0, self.frame.pixels)
+        light = smooth_background(shown, hidden)
+        return self.condition.with_reference(
+            replace(self.condition.undeformed, pixels=light, marker_mask=None)
+        )

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson.screened import height_std
-from tactile_core.algorithms.slope_errors import ERRORS, error_table, slope_std
+from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_errors import SlopeErrors

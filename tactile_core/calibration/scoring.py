@@ -1,19 +1,63 @@
-"""How well a calibration predicts held-out presses, and where presses disagree."""
+"""How well a calibration predicts held-out presses."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 
 from tactile_core.calibration.crew import Task
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.calibration.result import measured_frames
+from tactile_core.calibration.result import Fold, measured_frames
 from tactile_core.calibration.score import HeldOutSurface, Score, fitted_errors
 from tactile_core.calibration.target_surface import MeasuredSphere, S
-from tactile_core.calibration.trials import Trials
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.slope_errors import Calibration
+from tactile_core.quantities import Reference
+
+# Fits a calibration to training samples and a reference.
+Fit = Callable[[Sequence[Press], Reference], Calibration]
+
+
+@dataclass(frozen=True, eq=False)
+class Trials(Generic[S]):
+    """Surfaces, and how a calibration is fitted without some of them.
+
+    Attributes
+    ----------
+    surfaces : sequence of TargetSurface
+        All that were found, unusable ones included.
+    without : callable
+        Maps indices of held-out surfaces to a :class:`Fold` of the others; None if none of the
+        others can be used.
+    reference : Reference
+        Held-out surfaces are measured against it.
+    fit : callable
+        Fits a calibration to training samples and a reference.
+    thickness_mm : float
+        Thickness of the gel.
+    undeformed : tuple of Press
+        Additional training samples of the undeformed gel surface.
+    """
+
+    surfaces: Sequence[S]
+    without: Callable[[Collection[int]], Fold[S] | None]
+    reference: Reference
+    fit: Fit
+    thickness_mm: float
+    undeformed: tuple[Press, ...] = ()
+
+    @property
+    def used(self) -> list[int]:
+        """Indices of the surfaces that are good enough to fit on."""
+        return [i for i, surface in enumerate(self.surfaces) if surface.used]
+
+    def fit_all(self) -> Calibration:
+        """Fit a calibration to all surfaces that are used."""
+        training = [self.surfaces[i].training() for i in self.used]
+        return self.fit([*training, *self.undeformed], self.reference)
 
 
 def halves_of(used: Sequence[int]) -> list[tuple[int, ...]]:

@@ -22,8 +22,7 @@ from tactile_core.calibration.press_search import (
     find_presses,
     size_words,
 )
-from tactile_core.calibration.pressed_grid import PressedGrid
-from tactile_core.calibration.pressed_map import PressedMap
+from tactile_core.calibration.pressed_grid import PressedGrid, PressedMap
 from tactile_core.calibration.presses import FoundPress, select_usable
 from tactile_core.calibration.result import Fold, SeparatePresses
 from tactile_core.calibration.target_surface import HeightTarget, S, is_height_map
@@ -53,7 +52,7 @@ class CalibrationTarget(Generic[S]):
     basis : str
         A short description, for the report.
     without : callable
-        As in :class:`~tactile_core.calibration.trials.Trials`.
+        As in :class:`~tactile_core.calibration.scoring.Trials`.
     ball_diameters_mm : tuple of float
         Every size of ball, in order; empty for other targets.
     undeformed : tuple of Press

@@ -12,7 +12,7 @@ import typer
 from tactile_core.cli.output import StdoutClosed, flush_stdout, only_data_on_stdout, print_message
 from tactile_core.cli.signals import Signalled
 from tactile_core.errors import TactileError, words_of
-from tactile_core.plugins.opencv import opencv_fault_behind
+from tactile_core.plugins.entry_points import opencv_fault_behind
 
 
 class Carried(Exception):

@@ -53,7 +53,7 @@ def new(
     from tactile_core.cli.output import Bar
     from tactile_core.scaffold import new_package, new_profile
     from tactile_core.scaffold.package import profile_path
-    from tactile_core.scaffold.place import refuse_existing
+    from tactile_core.scaffold.profile import refuse_existing
 
     default = f"tactile-{name.replace('_', '-')}" if plugin else f"{name}.yaml"
     place = out if out is not None else Path(default)

@@ -87,7 +87,7 @@ def run(
     from tactile_core.plugins.blame import blame_of
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import OutputFolder
-    from tactile_core.recordings.saved_inputs import SavedInputs
+    from tactile_core.recordings.recorded_source import SavedInputs
 
     if frames is not None and frames > sys.maxsize:
         raise InputError(f"--frames {frames} is too large; leave the option out to measure all")

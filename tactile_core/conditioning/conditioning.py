@@ -8,12 +8,112 @@ from typing import Self
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.drift import ReferenceLevels, divide_by_gains
+from tactile_core.algorithms.markers import (
+    contrast_of,
+    detectable_diameter,
+    expected_count,
+    find_markers,
+    marker_mask,
+    mask_of,
+    reduction,
+    too_few,
+)
 from tactile_core.algorithms.sequence import Pattern, SequenceFault, faults, pattern
-from tactile_core.conditioning.marker_mask import MarkerFinder
-from tactile_core.errors import SequenceError
+from tactile_core.errors import InputError, SequenceError
 from tactile_core.interfaces.component import GelImage
-from tactile_core.quantities import Bool, Frame, Reference
+from tactile_core.interfaces.gel import Gel, Markers
+from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Reference
+
+# What every message about missing markers says.
+ONLY_DARK = "only dark markers are detected, not white or coloured dots and pins"
+
+
+@dataclass(frozen=True)
+class MarkerFinder:
+    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
+
+    diameter_px: float
+    pitch_px: float
+
+    @classmethod
+    def for_gel(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
+        """Return the finder for a gel, or None for a gel without markers.
+
+        Raises
+        ------
+        InputError
+            The profile has ``markers: auto``, and there is no reference to detect them in.
+        """
+        markers, mm_per_px = build.gel.markers, build.image.mm_per_px
+        if markers is None:
+            return None
+        if isinstance(markers, Markers):
+            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px)
+        if reference is None:
+            raise InputError(
+                "'gel.markers: auto' needs a reference image to detect the markers in; "
+                "give --reference"
+            )
+        found = detectable_diameter(np.asarray(reference.pixels))
+        return None if found is None else cls(*found[:2])
+
+    def find(self, pixels: Pixels) -> Bool:
+        """Return the mask of the markers and their rims, (H, W) bool."""
+        return marker_mask(pixels, diameter_px=self.diameter_px)
+
+    def mask_frame(self, frame: Frame) -> Frame:
+        """Return the frame with its marker mask and marker contrast."""
+        marker_contrast = self._contrast(frame)
+        marker_mask = mask_of(marker_contrast, frame.pixels.shape[:2])
+        return frame.beside(marker_mask=marker_mask, marker_contrast=marker_contrast)
+
+    def detect(self, frame: Frame | Reference) -> MarkerDetections:
+        """Detect the centres of the markers; faster for frames from :meth:`marked`."""
+        marker_contrast, timestamp_s = None, 0.0
+        if isinstance(frame, Frame):
+            marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s
+        if marker_contrast is None:
+            marker_contrast = self._contrast(frame)
+        centres_px, cut = find_markers(
+            marker_contrast,
+            frame.pixels.shape[:2],
+            diameter_px=self.diameter_px,
+            pitch_px=self.pitch_px,
+        )
+        return MarkerDetections(centres_px, cut, timestamp_s)
+
+    def _contrast(self, frame: Frame | Reference) -> UInt8:
+        return contrast_of(
+            frame.pixels,
+            diameter_px=self.diameter_px,
+            halves=frame.halves if isinstance(frame, Frame) and self._halves else None,
+        )
+
+    @property
+    def _halves(self) -> bool:
+        return reduction(self.diameter_px) % 2 == 0
+
+    def explain_miscount(self, reference: Reference) -> str:
+        """Return how the number of markers contradicts their pitch; empty if it does not."""
+        detections = reference.detections or self.detect(reference)
+        shape, count = reference.pixels.shape, len(detections.centres_px)
+        if not too_few(count, shape, self.pitch_px):
+            return ""
+        return (
+            f"the reference shows {count} markers of {self.diameter_px:.1f} px, but about "
+            f"{expected_count(shape, self.pitch_px)} every {self.pitch_px:.1f} px would fill the "
+            f"image; correct 'gel.markers' (its diameter first) or take a sharper reference, or "
+            f"set 'markers: null' for a gel without ({ONLY_DARK})"
+        )
+
+    def with_markers(self, gel: Gel, mm_per_px: float) -> Gel:
+        """Return the gel with the detected pitch and diameter of its markers."""
+        markers = Markers(
+            pitch_mm=self.pitch_px * mm_per_px, diameter_mm=self.diameter_px * mm_per_px
+        )
+        return gel.model_copy(update={"markers": markers})
 
 
 class COMPENSATION:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Light
+from tactile_core.interfaces.slope_errors import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Quantity, Reference
 
 

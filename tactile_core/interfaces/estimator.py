@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel
 
-from tactile_core.algorithms.dome import rest_height
+from tactile_core.algorithms.sphere import rest_height
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection

@@ -1,18 +1,19 @@
-"""The artefact with the size of a unit's errors of slope, measured on held-out presses."""
+"""The calibration interface: from a frame to slopes, and their standard errors."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
-from tactile_core.algorithms.slope_errors import slope_std
+from tactile_core.algorithms.slope_field import slope_std
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.quantities import Float32, Gradients
+from tactile_core.quantities import Float32, Frame, Gradients, HeightMap, Reference
 from tactile_core.quantities.on_demand import grid_of, on_demand, replace_values
 
 _FILE = "errors.npz"
@@ -81,3 +82,30 @@ class SlopeErrors(Artefact):
             return cls(slopes, std, float(arrays["gain_std"]), float(arrays["correlation_mm"]))
         except (InputError, ValueError, LookupError, TypeError) as error:
             raise CalibrationError(f"{path} does not hold errors; calibrate again") from error
+
+
+Compensation = Literal["channel", "none"]
+
+
+class Calibration(Artefact):
+    """An immutable light model, fitted to one physical unit at one image size.
+
+    Attributes
+    ----------
+    compensation : {"channel", "none"}
+        "channel": illumination drift is compensated in each channel before the model sees a
+        frame. "none": the model handles drift itself.
+    """
+
+    compensation: ClassVar[Compensation] = "channel"
+
+    @abstractmethod
+    def measure(self, frame: Frame, reference: Reference) -> Gradients | HeightMap:
+        """Convert one frame to slopes; some models return height directly.
+
+        Raises
+        ------
+        CalibrationError
+            The frame differs in size, number of channels or bit depth from those that the model
+            was fitted on.
+        """

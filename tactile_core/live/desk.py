@@ -34,7 +34,7 @@ from tactile_core.live.commands import (
 )
 from tactile_core.live.guiding import Guiding, described_guidance
 from tactile_core.live.live_sensor import LiveSensor
-from tactile_core.live.snapshot import new_path, save_snapshot
+from tactile_core.live.shown_state import new_path, save_snapshot
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.sim.hand import Aim, Hand
 

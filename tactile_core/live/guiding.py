@@ -16,7 +16,7 @@ from tactile_core.calibration.guided.session import GuidedCalibration
 from tactile_core.errors import InputError, TactileError, words_of
 from tactile_core.live.commands import PAGE
 from tactile_core.live.live_sensor import LiveSensor
-from tactile_core.live.snapshot import new_path
+from tactile_core.live.shown_state import new_path
 from tactile_core.quantities import Frame
 from tactile_core.recordings.running_recording import RunningRecording
 

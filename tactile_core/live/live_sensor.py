@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tactile_core.acquisition.clock import HOST
+from tactile_core.acquisition.free_running import HOST
 from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.reading import Reading

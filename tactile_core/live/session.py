@@ -7,7 +7,7 @@ import json
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from tactile_core.acquisition.clock import HOST
+from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import TactileError, words_of
 from tactile_core.live.alternative import TRUTH, Comparison
 from tactile_core.live.commands import AnyCommand, Move, Shown, Want, read_command

@@ -22,11 +22,11 @@ from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.recordings.kinds import copy_writer, is_recorded, recording_file, writes
 from tactile_core.recordings.output_folder import OutputFolder
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording_file import EventEntry, RecordingFile
 from tactile_core.recordings.session_files import profile_of
+from tactile_core.recordings.source import copy_writer, is_recorded, recording_file, writes
 
 
 class Converted(NamedTuple):

@@ -31,7 +31,7 @@ from tactile_core.pipeline.parts import check_steps
 from tactile_core.pipeline.playback import make_devices
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.plugins.blame import blame
-from tactile_core.plugins.opencv import opencv_fault
+from tactile_core.plugins.entry_points import opencv_fault
 from tactile_core.plugins.registry import list_plugins, origin_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

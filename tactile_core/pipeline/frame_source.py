@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, Settings
-from tactile_core.acquisition.clock import HOST, Clock
+from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.light_driver import LightDriver

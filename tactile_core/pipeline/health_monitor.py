@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from statistics import median
 
 from tactile_core.acquisition.acquisition import CAMERA, Settings
-from tactile_core.interfaces.camera import Camera
+from tactile_core.interfaces.camera import Camera, StreamStatistics
 from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.stream_statistics import StreamStatistics
 from tactile_core.pipeline.health import Finding, GelHealth, Health
 from tactile_core.plugins.blame import blame
 

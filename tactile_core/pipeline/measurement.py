@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tactile_core.acquisition.clock import HOST
+from tactile_core.acquisition.free_running import HOST
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.frame_source import FrameSource
 from tactile_core.pipeline.health import Health

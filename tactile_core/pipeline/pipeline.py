@@ -25,7 +25,7 @@ from tactile_core.pipeline.health import exposure_warnings, not_given, without_s
 from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.parts import PipelineParts
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.shared_frames import shared_out
+from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

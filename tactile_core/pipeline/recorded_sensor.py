@@ -7,9 +7,9 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
-from tactile_core.recordings.kinds import is_recorded, recording_file
 from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import profile_of
+from tactile_core.recordings.source import is_recorded, recording_file
 
 
 def recorded_session(path: Path) -> RecordedSession | None:

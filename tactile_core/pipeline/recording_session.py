@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tactile_core.acquisition.clock import HOST, Clock
+from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.recordings.running_recording import RunningRecording
 

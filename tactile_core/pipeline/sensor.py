@@ -20,14 +20,14 @@ from tactile_core.pipeline.measurement import Measurement
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back
 from tactile_core.pipeline.recorded_session import session_of
-from tactile_core.pipeline.shared_frames import check_any_order
+from tactile_core.pipeline.workers import check_any_order
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
-from tactile_core.recordings.kinds import recording_writer
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordingWriter
 from tactile_core.recordings.running_recording import RunningRecording
+from tactile_core.recordings.source import recording_writer
 
 TIMEOUT_S = 1.0  # Default timeout of each exposure, s
 
@@ -238,7 +238,7 @@ class Sensor:
             <tactile_core.pipeline.pipeline.Pipeline.map>`.
         inputs : callable, optional
             Returns the external inputs of a frame, such as
-            :class:`~tactile_core.recordings.saved_inputs.SavedInputs`.
+            :class:`~tactile_core.recordings.recorded_source.SavedInputs`.
 
         Raises
         ------

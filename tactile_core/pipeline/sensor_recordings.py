@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.acquisition.clock import HOST
+from tactile_core.acquisition.free_running import HOST
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.reading import Reading
 from tactile_core.interfaces.streaming.image_queue import Tap

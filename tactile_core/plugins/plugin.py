@@ -15,8 +15,7 @@ from pluggy import HookImpl, PluginManager, PluginValidationError
 
 from tactile_core.errors import PluginError, words_of
 from tactile_core.interfaces import hookspecs
-from tactile_core.plugins.entry_points import Offer
-from tactile_core.plugins.opencv import opencv_fault_behind
+from tactile_core.plugins.entry_points import Offer, opencv_fault_behind
 
 ComponentKind = Literal[
     "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Bool, Float32
+from tactile_core.algorithms.arrays.types import Bool, Float32, from_middle
 from tactile_core.quantities.fields import FieldSpec, Layer, MmPerPx, Outline, Surface, TimestampS
 from tactile_core.quantities.on_demand import none
 from tactile_core.quantities.quantity import Quantity

@@ -16,7 +16,6 @@ from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
 from tactile_core.formats.video import VIDEO_SUFFIXES, open_video
-from tactile_core.recordings.kinds import is_recorded, recording_file
 from tactile_core.recordings.recorded_source import RecordedSource
 from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import sorted_by_name
@@ -26,6 +25,8 @@ from tactile_core.recordings.source import (
     Observation,
     ObservationSource,
     VideoSource,
+    is_recorded,
+    recording_file,
 )
 
 _SCALE_TOLERANCE = 0.01  # Largest relative difference between the scales of scans in one recording

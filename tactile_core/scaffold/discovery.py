@@ -21,9 +21,15 @@ from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.calibrator import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.plugins.registry import resolve
-from tactile_core.profiles.loader import list_profiles, load_profile, load_source
+from tactile_core.profiles.loader import (
+    find_profile,
+    is_path,
+    list_profiles,
+    load_profile,
+    load_source,
+    shipped_profiles,
+)
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.names import find_profile, is_path, shipped_profiles
 from tactile_core.quantities import Pixels
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording

@@ -14,8 +14,7 @@ from tactile_core.algorithms.markers.count import COUNT
 from tactile_core.calibration.light_range import AZIMUTHS, channel_azimuths
 from tactile_core.calibration.press_search import size_words
 from tactile_core.calibration.targets import balls
-from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.marker_mask import ONLY_DARK
+from tactile_core.conditioning.conditioning import ONLY_DARK, Conditioning
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, read_frames

@@ -11,8 +11,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text, remove_leftovers, write_together
 from tactile_core.formats.folders import fresh_folder, make_folder, move_in
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.scaffold.place import refuse_existing
-from tactile_core.scaffold.profile import NewProfile
+from tactile_core.scaffold.profile import NewProfile, refuse_existing
 
 STEP = "deepest"  # Name of the template's estimator, and of its step in the profile
 

@@ -12,7 +12,7 @@ import numpy as np
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.algorithms.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
-from tactile_core.conditioning.marker_mask import ONLY_DARK
+from tactile_core.conditioning.conditioning import ONLY_DARK
 from tactile_core.errors import InputError
 from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.target import read_target

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response
-from tactile_core.algorithms.elasticity.viscoelasticity import TimeStep
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid, TimeStep
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.contact_step import ContactModel
-from tactile_core.sim.imprint import Imprint
+from tactile_core.sim.gel import Imprint
 from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import TrueState

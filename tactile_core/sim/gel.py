@@ -1,4 +1,4 @@
-"""Mechanical properties of a profile's gel."""
+"""The gel of a virtual sensor, and imprints of objects in it."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.dome import cap
+from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity import (
     POISSON_RATIO,
     SHEAR_MODULUS_MPA,
     THICKNESS_MM,
     Elastomer,
 )
-from tactile_core.algorithms.elasticity.grid import Grid
-from tactile_core.algorithms.elasticity.viscoelasticity import Branch
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Grid
+from tactile_core.algorithms.sphere import cap
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
+from tactile_core.sim.contact_state import SurfaceState
+from tactile_core.sim.indenters.solids import Indenter
 
 NO_GEL_MM = -1e3  # Level of the rest surface outside the gel: nothing reaches it
 
@@ -144,3 +145,70 @@ class SoftGel:
     def rest_on(self, grid: Grid) -> Array:
         """(ny, nx) undeformed surface at the nodes of a grid."""
         return self.rest_mm(*grid.nodes_mm)
+
+
+# Contact may extend this far beyond its outermost nodes: half a node, and one for rounding.
+_REACH_SPACINGS = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Imprint:
+    """Object in contact with a gel surface, seen at the pixels of the image.
+
+    Attributes
+    ----------
+    indenter : Indenter
+    gel : SoftGel
+    grid : Grid
+    state : SurfaceState
+        With a contact.
+    mm_per_px : float
+    """
+
+    indenter: Indenter
+    gel: SoftGel
+    grid: Grid
+    state: SurfaceState
+    mm_per_px: float
+
+    def window(self, shape: tuple[int, int]) -> tuple[slice, slice]:
+        """Rows and columns of an image that contain the contact; empty if it is out of view."""
+        contact = self.state.contact
+        sides = []
+        for axis, nodes, size in ((1, self.grid.y_mm, shape[0]), (0, self.grid.x_mm, shape[1])):
+            touched = nodes[contact.any(axis)]
+            moved = self.state.displacement_mm[1 - axis][contact]
+            reach = _REACH_SPACINGS * self.grid.spacing_mm
+            ends = touched[0] + moved.min() - reach, touched[-1] + moved.max() + reach
+            middle = (size - 1) / 2
+            first, last = (int(np.clip(end / self.mm_per_px + middle, 0, size)) for end in ends)
+            sides.append(slice(first, last))
+        return sides[0], sides[1]
+
+    def deepen(self, height_mm: Float32, displacement_mm: Float32) -> None:
+        """Lower the gel surface to the object, in place.
+
+        Parameters
+        ----------
+        height_mm : (H, W) float32
+            Interpolated from the nodes; overwritten.
+        displacement_mm : (H, W, 2) float32
+            In-plane displacement.
+        """
+        rows, columns = window = self.window(height_mm.shape)
+        y, x = (
+            np.float32(self.mm_per_px)
+            * (np.arange(part.start, part.stop, dtype=np.float32) - np.float32((size - 1) / 2))
+            for part, size in zip(window, height_mm.shape, strict=True)
+        )
+        lowered = np.float32(self.state.depth_mm - self.state.level_mm)
+        object_mm = self._object_mm(x, y[:, None], displacement_mm[rows, columns]) + lowered
+        here = height_mm[rows, columns]
+        np.maximum(here, object_mm, out=here, casting="same_kind")
+
+    def _object_mm(self, x: Array, y: Array, moved: Float32) -> Array:
+        x, y = np.broadcast_arrays(x, y)
+        gap = self.indenter.gap_mm(*self.state.pose.to_object_frame(x, y))
+        if self.gel.is_flat:
+            return -gap
+        return self.gel.rest_mm(x - moved[..., 0], y - moved[..., 1]) - gap

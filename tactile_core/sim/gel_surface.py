@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState

@@ -8,7 +8,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.sim.contact_state import Move
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel

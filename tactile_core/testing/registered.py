@@ -12,7 +12,6 @@ from typing import Any
 from pydantic import BaseModel
 
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
@@ -20,6 +19,7 @@ from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import TactileError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.estimator import SensorContext

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.dome import flat_equivalent, rest_height
+from tactile_core.algorithms.sphere import flat_equivalent, rest_height
 
 
 @given(st.floats(8, 1000), st.integers(2, 40), st.integers(2, 40))

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import WaveProducts
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 
 GEL = Elastomer(2.0, 0.145, 0.48)
 RATIOS = (0.0, 0.3, 0.48, 0.4999, 0.5)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import from_middle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.layer_fit import LAYER_FIT, FittedLayer, LayerFit
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 
 CELL_MM, SHAPE = 0.44, (30, 40)
 GRID = Grid(64, 48, CELL_MM)

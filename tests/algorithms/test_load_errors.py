@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.arrays.places import from_middle
+from tactile_core.algorithms.arrays.types import from_middle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.layer_fit import LOAD_ERRORS, FittedLayer, load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares, surface_loads
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 
 CELL_MM, SHAPE = 0.44, (30, 40)
 GEL = Elastomer(2.0, 0.145, 0.48)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.levelling import rest_plane
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.algorithms.rest_area import height_error, rest_area
-from tactile_core.algorithms.rest_surface import rest_plane
 
 SHAPE, MM_PER_PX = (240, 320), 0.06
 Map = NDArray[np.float64]

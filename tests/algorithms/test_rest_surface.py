@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.rest_surface import RestPlane, rest_plane
+from tactile_core.algorithms.levelling import RestPlane, rest_plane
 
 Array = NDArray[Any]
 

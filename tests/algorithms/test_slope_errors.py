@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.algorithms.poisson.screened import height_std
-from tactile_core.algorithms.slope_errors import ERRORS, error_table, slope_std
+from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
 
 
 @given(st.floats(0.02, 0.3), st.integers(0, 100))

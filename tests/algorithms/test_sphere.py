@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.dome import rest_height
-from tactile_core.algorithms.sphere import fit_sphere
+from tactile_core.algorithms.sphere import fit_sphere, rest_height
 from tactile_core.sim.analytic_ball import BallPress
 
 SHAPE, SCALE = (90, 120), 0.1

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.validity import two_within
+from tactile_core.algorithms.sampling import two_within
 
 FLOOR, CEILING = 3.06, 251.94
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_core.builtin.marker_tracking import MarkerTracking
+from tactile_core.builtin.contact import MarkerTracking
 from tactile_core.errors import InputError, ProfileError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

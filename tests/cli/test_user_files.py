@@ -219,5 +219,5 @@ def test_of_two_recordings_into_one_file_at_once_the_second_is_refused(
     words = ("record", lab.profile_path, "--input", mine / "in", "--reference", "first")
     assert tactile(*words, "--out", mine / name).returncode == 0
     # the second looked before the first had made it
-    monkeypatch.setattr("tactile_core.recordings.kinds.os.path.lexists", lambda path: False)
+    monkeypatch.setattr("tactile_core.recordings.source.os.path.lexists", lambda path: False)
     assert f"{mine / name} already exists" in refused(mine, *words, "--out", mine / name)

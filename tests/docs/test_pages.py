@@ -18,8 +18,7 @@ import tactile_core
 from tactile_core.bundles.manifest import FORMAT
 from tactile_core.cli.app import app
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.profiles.loader import load_profile
-from tactile_core.profiles.names import list_rigs
+from tactile_core.profiles.loader import list_rigs, load_profile
 
 DOCS = ROOT / "docs"
 KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]

@@ -31,7 +31,7 @@ from tactile_core.live.commands import (
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
-from tactile_core.live.snapshot import new_path
+from tactile_core.live.shown_state import new_path
 from tactile_core.live.state import true_quantities
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference, Wrench

@@ -17,7 +17,7 @@ from support.virtual_lab import VirtualLab
 from support.watching import TOKEN, until
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.guided_session import GuidedSession
+from tactile_core.calibration.fitted_bundle import GuidedSession
 from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live

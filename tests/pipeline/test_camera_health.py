@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tactile_core.acquisition.acquisition import Settings
-from tactile_core.interfaces.stream_statistics import StreamStatistics
+from tactile_core.interfaces.camera import StreamStatistics
 from tactile_core.pipeline.health_monitor import CameraHealth
 
 RATE_HZ = 30.0

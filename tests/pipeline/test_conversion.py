@@ -17,9 +17,9 @@ from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.conversion import convert, session_sinks
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Reference
-from tactile_core.recordings.kinds import copy_writer, recording_file
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
+from tactile_core.recordings.source import copy_writer, recording_file
 
 KINDS = ("one.mcap", "one.h5", "one")
 

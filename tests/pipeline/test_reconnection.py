@@ -17,7 +17,7 @@ from support.live_sensor import profile, send, stream
 from support.mjpeg_server import MjpegServer
 
 from tactile_core import open_sensor
-from tactile_core.acquisition.clock import Clock
+from tactile_core.acquisition.free_running import Clock
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceAbsent, InputError, LightsLost
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.frame_source import Reconnection

@@ -10,7 +10,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import Frame, HeightMap, Pipeline
 from tactile_core.errors import InputError
-from tactile_core.pipeline.shared_frames import shared_out
+from tactile_core.pipeline.workers import shared_out
 from tactile_core.sim.analytic_ball import BallPress
 
 

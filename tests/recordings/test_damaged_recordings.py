@@ -17,7 +17,6 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.pipeline.conversion import convert
-from tactile_core.recordings.kinds import recording_file
 from tactile_core.recordings.mcap.records import RECORD, McapRecords
 from tactile_core.recordings.mcap.writer import McapWriter
 from tactile_core.recordings.recorded_source import RecordedSource
@@ -26,6 +25,7 @@ from tactile_core.recordings.recording import open_recording
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.session_files import bundle_of, own_reference
+from tactile_core.recordings.source import recording_file
 
 
 def flipped(path: Path, at: int, bit: int = 4) -> None:

@@ -13,11 +13,11 @@ from support.recordings import SESSION, image, write, written
 from tactile_core.errors import InputError
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.kinds import recording_file, recording_writer
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording import open_recording
 from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.recovery import recover
+from tactile_core.recordings.source import recording_file, recording_writer
 
 ENDINGS = (".mcap", "")
 each_format = pytest.mark.parametrize("ending", ENDINGS)

@@ -24,7 +24,6 @@ from support.watching import until
 from tactile_core import open_sensor
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.kinds import recording_file, recording_writer
 from tactile_core.recordings.recorder import (
     AppendedFile,
     RecordedImage,
@@ -34,6 +33,7 @@ from tactile_core.recordings.recorder import (
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RecordingParameters, RunningRecording
+from tactile_core.recordings.source import recording_file, recording_writer
 
 TESTS = Path(__file__).resolve().parents[1]
 RECORDS = """\
@@ -43,7 +43,7 @@ import numpy as np
 from support.recordings import SESSION, image
 from tactile_core.quantities import Image
 from tactile_core.recordings.recorder import AppendedFile
-from tactile_core.recordings.kinds import recording_writer
+from tactile_core.recordings.source import recording_writer
 from tactile_core.recordings.running_recording import RunningRecording
 recording = RunningRecording(recording_writer(Path(sys.argv[1])), SESSION)
 number = 0
@@ -213,7 +213,7 @@ LOADS = """\
 import sys
 from pathlib import Path
 from support.recordings import SESSION, image
-from tactile_core.recordings.kinds import recording_writer
+from tactile_core.recordings.source import recording_writer
 from tactile_core.recordings.recorder import RecordedImage
 writer = recording_writer(Path(sys.argv[1]))
 one = image(0)

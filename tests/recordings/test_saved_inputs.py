@@ -13,7 +13,7 @@ from support.readings import height, reading, saved
 from tactile_core.errors import InputError
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import FieldSpec, Float32, Frame, Quantity
-from tactile_core.recordings.saved_inputs import SavedInputs
+from tactile_core.recordings.recorded_source import SavedInputs
 
 
 @dataclass(frozen=True, eq=False)

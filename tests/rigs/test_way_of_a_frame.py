@@ -21,8 +21,11 @@ STATIONS = {
     "tactile_core.pipeline.pipeline": ("Pipeline.process",),
     "tactile_core.conditioning.conditioning": ("Conditioning.__call__",),
     "tactile_core.pipeline.chain": ("Chain.run",),
-    "tactile_core.builtin.contact": ("MarkerDetection.estimate", "Displacement.estimate"),
-    "tactile_core.builtin.marker_tracking": ("MarkerTracking.estimate",),
+    "tactile_core.builtin.contact": (
+        "MarkerDetection.estimate",
+        "MarkerTracking.estimate",
+        "Displacement.estimate",
+    ),
     "tactile_core.builtin.slip": ("Slip.estimate",),
 }
 FOUND = {

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.scaffold.place import refuse_existing
+from tactile_core.scaffold.profile import refuse_existing
 
 
 @pytest.mark.parametrize("folder", [False, True])

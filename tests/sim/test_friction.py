@@ -7,7 +7,7 @@ import pytest
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.normal_contact import solve_normal
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.sim import resampling
 from tactile_core.sim.resampling import ImageSampler
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.grid import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel

@@ -57,7 +57,7 @@ def write(writer: RecordingWriter, count: int) -> list[Image]:
 
 def written(path: Path, count: int) -> list[Image]:
     """Write a whole recording in the format of the path's ending."""
-    from tactile_core.recordings.kinds import recording_writer
+    from tactile_core.recordings.source import recording_writer
 
     writer = recording_writer(path)
     images = write(writer, count)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.acquisition.clock import HOST, Clock
+from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import CameraTimeout, DeviceError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options

@@ -22,8 +22,7 @@ from tactile_core.interfaces.sink import Session, Sink
 from tactile_core.quantities import Image
 from tactile_lerobot import metadata
 from tactile_lerobot.features import Feature
-from tactile_lerobot.rows import Picture, Row, RowFile
-from tactile_lerobot.statistics import Statistics, components, image_components
+from tactile_lerobot.rows import Picture, Row, RowFile, Statistics, components, image_components
 
 _IMAGE_TYPE = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
 _GROUP_BYTES = 1 << 25  # Size of the groups of rows in which frames are written, bytes

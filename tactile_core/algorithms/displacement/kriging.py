@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.shrinking import enlarge_cells, repeat_pixels, shrink_image
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, nodes
 
 
 class KRIGING:

@@ -9,8 +9,14 @@ from functools import cached_property, partial
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import pitch, rasterise_points
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import (
+    Array,
+    Bool,
+    Float32,
+    Float64,
+    pitch,
+    rasterise_points,
+)
 from tactile_core.algorithms.displacement.contact_shear import ContactShear
 from tactile_core.algorithms.displacement.kriging import KRIGING, CoarseGrid, Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.response import Response, Symbols
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 
 
 class GEL:

@@ -7,16 +7,15 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer, Elastomer
-from tactile_core.algorithms.elasticity.grid import Grid
 from tactile_core.algorithms.elasticity.surface_loads import (
     Deformation,
     Shares,
     SurfaceLoads,
     surface_loads,
 )
+from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 
 
 class LAYER_FIT:

@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
 from tactile_core.algorithms.elasticity.response import Response
 
 

@@ -7,8 +7,13 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import closest_of, pairings
-from tactile_core.algorithms.marker_tracking.parameters import GROWTH, SMALL_MOTION, TRACKER
+from tactile_core.algorithms.marker_tracking.pairing import (
+    GROWTH,
+    SMALL_MOTION,
+    TRACKER,
+    closest_of,
+    pairings,
+)
 
 # Distances of markers and detections up to which all of them are faster than a k-d tree.
 _MOST_DISTANCES = 250_000

@@ -10,12 +10,13 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene, outrun_pitches
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, nearest
-from tactile_core.algorithms.marker_tracking.parameters import (
+from tactile_core.algorithms.marker_tracking.pairing import (
     GROWTH,
     HYPOTHESES,
     SMALL_MOTION,
     TRACKER,
+    UNMATCHED,
+    nearest,
 )
 from tactile_core.algorithms.marker_tracking.small_motion import match_markers, steady
 

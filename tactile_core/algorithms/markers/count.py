@@ -5,8 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import spacings
-from tactile_core.algorithms.arrays.types import Array, Bool
+from tactile_core.algorithms.arrays.types import Array, Bool, spacings
 from tactile_core.algorithms.markers.contrast import (
     background_of,
     brightness_of,

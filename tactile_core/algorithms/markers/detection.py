@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, UInt8
-from tactile_core.algorithms.markers.contrast import FULL
-from tactile_core.algorithms.markers.parameters import DETECTION
+from tactile_core.algorithms.markers.contrast import DETECTION, FULL
 from tactile_core.algorithms.markers.spots import Spots, measured_spots, spot_pixels
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp, UInt8
-from tactile_core.algorithms.markers.contrast import FULL, square
-from tactile_core.algorithms.markers.parameters import DETECTION
+from tactile_core.algorithms.markers.contrast import DETECTION, FULL, square
 
 UInt16 = NDArray[np.uint16]
 

@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import pitch
-from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp
+from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp, pitch
 from tactile_core.algorithms.marker_tracking.pairing import nearest
 
 

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.filling import gradient
-from tactile_core.algorithms.arrays.places import nodes
 from tactile_core.algorithms.arrays.regression import quantile
-from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp
+from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
 
 
 class SpanLimits(NamedTuple):

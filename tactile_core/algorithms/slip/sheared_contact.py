@@ -12,16 +12,14 @@ from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import RecentFields, SpanLimits, positions_mm
 from tactile_core.algorithms.slip.stick_region import (
     STICK_REGION,
+    WIDE_CONTACT,
     StickRegion,
     far_weights,
+    smooth_displacement,
+    smoothed_std_mm,
     stick_region,
 )
 from tactile_core.algorithms.slip.touched import contact_motion, recent_motion
-from tactile_core.algorithms.slip.wide_contact import (
-    WIDE_CONTACT,
-    smooth_displacement,
-    smoothed_std_mm,
-)
 
 
 class SHEARED_CONTACT:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import pitch
 from tactile_core.algorithms.arrays.shrinking import shrink_image
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, UInt8, pitch
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 

@@ -10,10 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.filling import steepness
-from tactile_core.algorithms.arrays.places import rasterise_points
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import shrink_image
-from tactile_core.algorithms.arrays.types import Array, Bool, Complex64, Float32, Intp, UInt8
+from tactile_core.algorithms.arrays.types import (
+    Array,
+    Bool,
+    Complex64,
+    Float32,
+    Intp,
+    UInt8,
+    rasterise_points,
+)
 from tactile_core.algorithms.entropy import displacement_entropy
 from tactile_core.algorithms.slip.recent_fields import (
     displacement_since,

@@ -14,6 +14,7 @@ import numpy as np
 
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.circles.start import START
+from tactile_core.calibration.fitted_bundle import KEPT, WITHDRAWN
 from tactile_core.calibration.fitting import calibrate_presses
 from tactile_core.calibration.guided.background import (
     AtOnce,
@@ -26,7 +27,6 @@ from tactile_core.calibration.guided.coverage import Coverage, Target, score_of,
 from tactile_core.calibration.guided.examination import Bench, Verdict
 from tactile_core.calibration.guided.guidance import Guidance, State
 from tactile_core.calibration.guided.touch import TOUCH, Still, Touches
-from tactile_core.calibration.guided_session import KEPT, WITHDRAWN
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import CalibrationError, InputError

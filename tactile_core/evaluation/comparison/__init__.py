@@ -8,8 +8,7 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy
-from tactile_core.evaluation.comparison.memory import peak_of_stream_mib
-from tactile_core.evaluation.comparison.report import Clock, interleave_readings
+from tactile_core.evaluation.comparison.report import Clock, interleave_readings, peak_of_stream_mib
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
 from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names

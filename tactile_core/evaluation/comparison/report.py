@@ -1,16 +1,20 @@
-"""The report of a comparison."""
+"""The report of a comparison, with the memory that it took."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from tactile_core.evaluation.comparison.truth import Arrays
+from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
+from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.interfaces.reading import Reading
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
 from tactile_core.quantities.fields import Outline, Surface
@@ -258,3 +262,31 @@ class Clock:
             again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
             for readings in interleave_readings(again):
                 self.note(readings)
+
+
+# Frames that the process measures. Chosen by hand; memory no longer grows after the first few.
+FRAMES = 20
+
+
+def peak_of_stream_mib(
+    variant: Variant, recording: ComparedInput
+) -> tuple[float | None, tuple[str, ...]]:
+    """Measure the first frames in a separate process.
+
+    Returns
+    -------
+    peak_mib : float or None
+        Its peak resident memory, including Python and libraries.
+    notes : tuple of str
+        Notes of the sensor on opening.
+    """
+    with WorkerProcess(_stream, variant, recording) as process:
+        peak_mib, notes = process.receive()
+    return peak_mib, notes
+
+
+def _stream(variant: Variant, recording: ComparedInput) -> Generator[Any, None, None]:
+    with one_thread(), variant.open(recording) as sensor:
+        for _ in islice(sensor.stream(), FRAMES):
+            pass
+        yield peak_memory_mib(), sensor.notes

@@ -1,9 +1,10 @@
-"""The least force that a virtual sensor shows."""
+"""The least force that a sensor shows, virtual or recorded."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,10 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import InputError
 from tactile_core.evaluation.demo import calibrated_virtually
+from tactile_core.formats.labels import read_forces
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.reading import Reading
+from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import RelativeLoad, Wrench
@@ -266,3 +269,74 @@ class Trial:
     def _true(self) -> dict[str, float]:
         fx, fy, fz, _ = map(float, self._stage.truth().wrench)
         return {"fx": fx, "fy": fy, "fz": fz}
+
+
+# Which measured force each estimate is compared with.
+_COLUMNS = {"fx": 0, "fy": 1, "fz": 2, "load": 2}
+
+
+def recorded_floors(
+    profile: Profile | str | Path,
+    *,
+    input: Path,
+    forces: Path,
+    bundle: Path | None = None,
+    reference: Path | str | None = None,
+    serial: str | None = None,
+    progress: Progress | None = None,
+) -> list[Floor]:
+    """Judge the frames of a recording by their measured forces.
+
+    A frame with less than a hundredth of the largest force is at rest.
+
+    Parameters
+    ----------
+    profile, input, bundle, reference, serial
+        As for :func:`~tactile_core.pipeline.opening.open_sensor`.
+    forces : Path
+        CSV with ``frame`` or ``file`` and some of ``fx_n,fy_n,fz_n``.
+
+    Raises
+    ------
+    InputError
+        No step gives a force, or frames and forces do not match.
+    """
+    table = read_forces(forces)
+    if table.key == "time_s":
+        raise InputError(f"{forces}: name the frames by 'frame' or 'file', not by time_s")
+    rows = dict(zip(table.rows, table.forces, strict=True))
+    taken: list[tuple[dict[str, float], Float64]] = []
+    progress = progress or Silent()
+    progress.stage("measuring the recording", 1.0)
+    found = 0
+    with open_sensor(
+        profile, input=input, bundle=bundle, reference=reference, serial=serial
+    ) as sensor:
+        for number, reading in enumerate(sensor.stream()):
+            name = table.name_of(reading.frame.sequence, reading.source)
+            if name not in rows:
+                continue
+            found += 1
+            if number or not reading.relative:  # the reference itself differs by nothing
+                taken.append((estimates(reading), rows[name]))
+            progress.fraction(min(1.0, (number + 1) / max(1, len(rows))))
+    if found < len(rows):
+        raise InputError(
+            f"{forces} names {len(rows)} frames, of which {input} has {found}; give the "
+            f"forces of this recording"
+        )
+    if not taken:
+        raise InputError(f"{forces} names only the frame that is the reference; name others too")
+    return [floor for key in taken[0][0] if (floor := _floor(key, input.stem, taken)) is not None]
+
+
+def _floor(key: str, name: str, taken: list[tuple[dict[str, float], Float64]]) -> Floor | None:
+    """Floor of one estimate; None if its force was not measured."""
+    forces = np.array([row for _, row in taken])[:, _COLUMNS[key]]
+    found = np.array([one[key] for one, _ in taken])
+    known = np.isfinite(forces)
+    if not known.any():
+        return None
+    forces, found = forces[known], found[known]
+    calm = np.abs(forces) < FLOOR.rest_share * np.abs(forces).max()
+    return floor_of(key, name, found[calm], forces[~calm], found[~calm])

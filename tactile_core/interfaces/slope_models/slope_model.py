@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.levels import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
+from tactile_core.algorithms.sampling import two_within
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.slope_grid import SlopeCells
-from tactile_core.algorithms.validity import two_within
-from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
     blur_from,

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.errors import CameraTimeout, DeviceError
-from tactile_core.interfaces.camera import Drop
-from tactile_core.interfaces.stream_statistics import RateMeter, StreamStatistics
+from tactile_core.interfaces.camera import Drop, RateMeter, StreamStatistics
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
 from tactile_core.quantities import Image
 

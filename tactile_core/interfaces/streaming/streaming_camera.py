@@ -12,9 +12,8 @@ from typing import ClassVar, NamedTuple
 from pydantic import BaseModel
 
 from tactile_core.errors import CameraTimeout, DeviceError, words_of
-from tactile_core.interfaces.camera import Camera, Drop, Trigger
+from tactile_core.interfaces.camera import Camera, Drop, StreamStatistics, Trigger
 from tactile_core.interfaces.illumination import Exposure
-from tactile_core.interfaces.stream_statistics import StreamStatistics
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, TornImage
 from tactile_core.interfaces.streaming.image_queue import ImageQueue, Tap
 from tactile_core.quantities import Image

@@ -30,9 +30,9 @@ from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.recordings.kinds import is_recorded
 from tactile_core.recordings.output_folder import OutputFolder, own_files
 from tactile_core.recordings.recovery import list_recordings
+from tactile_core.recordings.source import is_recorded
 
 
 def plan_jobs(

@@ -17,7 +17,6 @@ from tactile_core.formats.headers import kind_of
 from tactile_core.formats.images import decode_image
 from tactile_core.interfaces.reading import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.kinds import LIST
 from tactile_core.recordings.recorder import (
     AppendedFile,
     RecordedImage,
@@ -36,6 +35,7 @@ from tactile_core.recordings.session_files import (
     session_files,
     session_of,
 )
+from tactile_core.recordings.source import LIST
 
 # Names in the folder.
 SESSION_FOLDER, REFERENCES_FOLDER, READINGS = "session", "session/references", "readings.jsonl"

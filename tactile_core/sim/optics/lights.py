@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.acquisition.assembly import exposures_of, lights_of
-from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import Illumination, Light
 from tactile_core.interfaces.optics import LightBuild

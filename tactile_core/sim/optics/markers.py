@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.places import from_middle
-from tactile_core.algorithms.arrays.types import Float32, Float64
+from tactile_core.algorithms.arrays.types import Float32, Float64, from_middle
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults

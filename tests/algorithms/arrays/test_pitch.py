@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import pitch, spacings
+from tactile_core.algorithms.arrays.types import pitch, spacings
 
 
 def test_the_pitch_is_that_of_most_neighbours() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.places import nodes, rasterise_points
+from tactile_core.algorithms.arrays.types import nodes, rasterise_points
 
 
 def test_a_node_is_its_column_and_its_row() -> None:

@@ -8,7 +8,7 @@ import pytest
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import positions_mm
 from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
-from tactile_core.algorithms.slip.wide_contact import (
+from tactile_core.algorithms.slip.stick_region import (
     fills_view,
     smooth_displacement,
     smoothed_std_mm,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.onnx_network import written_network
 
-from tactile_core.builtin.networks.force_cnn import ForceNetwork
+from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

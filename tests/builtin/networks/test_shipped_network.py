@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import sensor_profiles
-from tactile_core.builtin.networks.force_cnn import ForceNetwork
 from tactile_core.builtin.networks.manifest import NetworkFile
+from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tactile_core.builtin.networks.force_cnn import ForceNetwork
+from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.errors import LibraryMissing
 from tactile_core.evaluation.force_training.network_training import (
     FIRST_UNIT,

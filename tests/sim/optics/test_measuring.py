@@ -10,7 +10,7 @@ import pytest
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.conditioning.marker_mask import MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.options import calibrator_of

@@ -28,12 +28,12 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import TactileError
 from tactile_core.formats.images import read_image
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.simulation import write_frame
-from tactile_core.sim.unit import vary
+from tactile_core.sim.stage import vary
 
 RIGS = (
     "hex_fingertip",

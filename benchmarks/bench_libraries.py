@@ -22,7 +22,7 @@ from tactile_core.algorithms.arrays.filling import fill_unknown
 from tactile_core.algorithms.arrays.regression import fit_polynomial, quantile, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _parts
-from tactile_core.algorithms.displacement import decomposed
+from tactile_core.algorithms.displacement import decompose_field
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.marker_tracking.pairing import pair_nearest
 from tactile_core.algorithms.markers.spots import _moments
@@ -183,7 +183,7 @@ def fields() -> Iterator[Row]:
 
     yield (
         "similarity: complex least squares | SimilarityTransform",
-        lambda: decomposed(field, mm_per_px=1.0).rotation_deg,
+        lambda: decompose_field(field, mm_per_px=1.0).rotation_deg,
         rotation,
     )
     yield (

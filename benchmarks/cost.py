@@ -17,8 +17,7 @@ from functools import partial
 import numpy as np
 
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.evaluation.timing.stream import Stream
-from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.loader import load_profile

@@ -25,7 +25,7 @@ from tactile_core.acquisition.assembly import Assembly
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.formats.images import read_image
 from tactile_core.formats.video import open_video
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.quantities import Image
 

@@ -17,8 +17,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import LinearForce
 from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.force_calibration import ForceSamples
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import ContactMask, DisplacementField, HeightMap
 

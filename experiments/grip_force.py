@@ -20,8 +20,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import LinearForce
 from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.force_calibration import ForceSamples
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.opening import open_sensor

@@ -27,8 +27,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.force.result import held_out_forces
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.force_calibration import ForceSamples
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import RelativeLoad, Wrench

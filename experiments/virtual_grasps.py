@@ -30,7 +30,7 @@ from tactile_core.sim import Faults, VirtualStage
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.simulation import write_frame
-from tactile_core.sim.unit import vary
+from tactile_core.sim.stage import vary
 
 _FOLDER = Path(__file__).resolve().parent / "profiles"
 DESIGNS = {

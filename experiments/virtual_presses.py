@@ -18,7 +18,7 @@ from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.viscoelasticity import Grid
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.interfaces.optics import LightBuild
+from tactile_core.interfaces.gel import LightBuild
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

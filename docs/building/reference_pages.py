@@ -170,7 +170,7 @@ MODELS = {
         "Rendering of the gel surface in the light of a rig.",
         (
             "tactile_core.sim.optics.rig",
-            "tactile_core.sim.optics.coating",
+            "tactile_core.sim.optics.sources",
             "tactile_core.sim.optics.lights",
             "tactile_core.sim.optics.shadows",
             "tactile_core.sim.optics.sources",

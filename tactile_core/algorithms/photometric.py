@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Float32, from_middle
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 
 
 class MARKER_FILL:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change, to_gradient
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_grid import Model, SlopeCells, SlopeGrid, averaged_for_heights

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells, shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import (
     place,
     planes_to_gradient,

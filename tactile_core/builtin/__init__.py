@@ -17,7 +17,7 @@ def tactile_cameras() -> Mapping[str, str]:
         "dslr": "tactile_core.builtin.cameras.dslr_camera:DslrCamera",
         "folder": "tactile_core.builtin.cameras.folder_camera:FolderCamera",
         "genicam": "tactile_core.builtin.cameras.genicam_camera:GenicamCamera",
-        "replay": "tactile_core.builtin.replay:ReplayCamera",
+        "replay": "tactile_core.builtin.sequential:ReplayCamera",
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
         "virtual": "tactile_core.sim.camera:VirtualCamera",
@@ -63,7 +63,7 @@ def tactile_artefacts() -> Mapping[str, str]:
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.lookup_table:Polynomial",
-        "slope_errors": "tactile_core.interfaces.slope_errors:SlopeErrors",
+        "slope_errors": "tactile_core.interfaces.calibrator:SlopeErrors",
     }
 
 

@@ -30,7 +30,7 @@ from tactile_core.quantities import (
     Reference,
     RelativeLoad,
 )
-from tactile_core.quantities.on_demand import grid_of, on_demand
+from tactile_core.quantities.quantity import grid_of, on_demand
 
 
 class Contact(Estimator):

@@ -24,7 +24,7 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
-from tactile_core.quantities.on_demand import grid_of
+from tactile_core.quantities.quantity import grid_of
 
 
 class ELASTIC_FORCE:

@@ -14,8 +14,7 @@ from tactile_core.builtin.linear_force_model import (
     LinearForceModel,
     fitted_linear_model,
 )
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.force_calibration import FittedForce, ForceSamples
+from tactile_core.interfaces.estimator import FittedForce, ForceSamples, SensorContext
 from tactile_core.quantities import (
     ContactMask,
     DisplacementField,

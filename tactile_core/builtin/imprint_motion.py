@@ -11,10 +11,10 @@ from pydantic import BaseModel
 
 from tactile_core.algorithms.slip.contact_loss import ContactLossTracker, contact_strength
 from tactile_core.algorithms.slip.cues import FrictionRecord, friction_ratio, slip_margin
+from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
 from tactile_core.algorithms.slip.state import ShearPeak
-from tactile_core.algorithms.slip.surface_view import VIEW
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (

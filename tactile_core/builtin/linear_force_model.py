@@ -14,7 +14,7 @@ from tactile_core.algorithms.force_fit.cell_axes import fitted_error
 from tactile_core.algorithms.force_fit.clock_offset import fitted_ridge
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.interfaces.force_calibration import COMPONENTS, ForceModel, ForceSamples
+from tactile_core.interfaces.estimator import COMPONENTS, ForceModel, ForceSamples
 from tactile_core.quantities import FieldSpec
 
 # Features that change sign with the direction of the shear.

@@ -13,10 +13,10 @@ from pydantic import BaseModel, Field, PositiveFloat
 from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.displacement import flow
 from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, pick_pixels, stride_of
 from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
 from tactile_core.algorithms.slip.stick_region import STICK_REGION, fills_view
-from tactile_core.algorithms.slip.surface_view import VIEW
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
@@ -28,7 +28,7 @@ from tactile_core.quantities import (
     Reference,
     SlipContact,
 )
-from tactile_core.quantities.on_demand import grid_of
+from tactile_core.quantities.quantity import grid_of
 
 
 class OPTICAL_FLOW:

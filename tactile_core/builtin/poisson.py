@@ -19,7 +19,7 @@ from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.slope_models.slope_model import ForReference
 from tactile_core.quantities import Float32, Gradients, HeightMap, ReferenceGradients
-from tactile_core.quantities.on_demand import Grid, grid_of, on_demand, on_grid
+from tactile_core.quantities.quantity import Grid, grid_of, on_demand, on_grid
 
 # Option of the steps that integrate slopes.
 DriftSlope = Annotated[

@@ -11,8 +11,7 @@ from pydantic import BaseModel, Field
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session, Sink
+from tactile_core.interfaces.sink import Reading, Session, Sink
 from tactile_core.quantities import HeightMap, Image, Quantity
 from tactile_core.quantities.fields import Field as QuantityField
 from tactile_core.quantities.fields import fields_of

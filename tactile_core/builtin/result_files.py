@@ -10,8 +10,7 @@ from pydantic import BaseModel, Field
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import OpenRecording, Session, Sink
+from tactile_core.interfaces.sink import OpenRecording, Reading, Session, Sink
 from tactile_core.quantities import Gradients, HeightMap
 from tactile_core.quantities.fields import Layer
 

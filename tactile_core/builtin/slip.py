@@ -28,7 +28,7 @@ from tactile_core.quantities import (
     SlipContact,
     SlipState,
 )
-from tactile_core.quantities.on_demand import grid_of
+from tactile_core.quantities.quantity import grid_of
 
 _UNSEEN = "neither markers nor texture show how the gel surface moves"
 _UNSETTLED = "the load is not known, and no contact has settled yet"

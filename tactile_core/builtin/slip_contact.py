@@ -34,7 +34,7 @@ from tactile_core.quantities import (
     Reference,
     SlipContact,
 )
-from tactile_core.quantities.on_demand import Grid, grid_of, on_demand
+from tactile_core.quantities.quantity import Grid, grid_of, on_demand
 
 
 class TOUCH:

@@ -95,7 +95,7 @@ def find_presses(
     )
     if check is not None:
         reasons = [_refusal(check, frame) for frame in frames]
-        starts = [s.refused(why) if why else s for s, why in zip(starts, reasons, strict=True)]
+        starts = [s.refuse_press(why) if why else s for s, why in zip(starts, reasons, strict=True)]
     circles = find_circles(
         starts, progress=lambda share: progress.fraction(0.3 + 0.7 * share) if progress else None
     )

@@ -1,25 +1,200 @@
-"""Surfaces of many touches: grids of balls, and height maps."""
+"""Surfaces of many touches: grids of balls, and height maps by rows."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.photometric import smooth_background
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.light_range import undeformed_press, undeformed_sample
-from tactile_core.calibration.map_rows import MAP_ROWS, MapBlock
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Fold
+from tactile_core.calibration.target_surface import HeightTarget
 from tactile_core.conditioning.conditioning import Conditioning
+from tactile_core.errors import InputError
 from tactile_core.interfaces.calibrator import Press
-from tactile_core.quantities import Bool, Frame
+from tactile_core.quantities import Bool, Float32, Frame, Reference
+
+
+class MAP_ROWS:
+    """Parameters of sampling a height map. Nothing sets them from outside.
+
+    They balance the few steep pixels of a map against the many level ones; see
+    ADR 14.
+    """
+
+    # [count] Bands into which the rows are divided, at most; each is held out once. Source: by
+    # hand, equal to the folds of the cross-validation (``scoring.py``).
+    most_bands = 5
+    rows_per_band = 20  # [px] Rows that a band has at least
+    most_pixels = 5_000  # [count] Training pixels of a band, at most
+    # [degrees] Bin width of the histogram of slopes by which pixels are thinned.
+    slope_bin_deg = 2.5
+    # [px] Standard deviation of the high-pass filter before light directions are estimated: a
+    # reference that is made from the press has lost larger shapes.
+    fine_px = 4.0
+    # [share of full scale] Floor of the reference in the quotient of frame and reference.
+    least_intensity = 0.01
+    # [count] Pixels of the reference that join the training samples. They keep the model level
+    # where the rows leave the image out. Source: chosen on a real grooved part (ADR 14);
+    # thousands flatten narrow grooves.
+    undeformed_pixels = 300
+
+
+@dataclass(frozen=True, eq=False)
+class MapBlock:
+    """A band of rows of a height map, as a target surface.
+
+    Attributes
+    ----------
+    target : HeightTarget
+    first, last : int
+        Rows of the target, half-open.
+    """
+
+    target: HeightTarget
+    first: int
+    last: int
+
+    @property
+    def file(self) -> str:
+        """The map's file name and the rows of the image."""
+        top = self.target.first_row
+        return f"{self.target.file} {top + self.first}:{top + self.last}"
+
+    @property
+    def frame(self) -> Frame:
+        """The observation that shows the surface."""
+        return self.target.frame
+
+    @property
+    def used(self) -> bool:
+        """Whether the map holds any height in the band."""
+        return bool(self.scored_area().any())
+
+    @property
+    def why(self) -> str:
+        """Why it is not used; empty if it is."""
+        return "" if self.used else "the map holds no heights here"
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Centre of the band, x and y."""
+        middle = self.target.first_row + (self.first + self.last - 1) / 2
+        return (self.frame.pixels.shape[1] - 1) / 2, middle
+
+    @property
+    def radius_px(self) -> float:
+        """Radius of a circle of the same area."""
+        return float(np.sqrt((self.last - self.first) * self.frame.pixels.shape[1] / np.pi))
+
+    @property
+    def ball_diameter_mm(self) -> None:
+        """None: it is no ball."""
+
+    def area(self) -> Bool:
+        """(H, W) bool: the band."""
+        return self._in_frame(self._band(0))
+
+    def scored_area(self) -> Bool:
+        """(H, W) bool: usable pixels, at a distance from the neighbouring bands."""
+        return self._in_frame(self.target.usable & self._band(self.target.margin_px))
+
+    def training(self) -> Press:
+        """Usable pixels, thinned so that level areas do not outweigh steep ones.
+
+        The probability of drawing a pixel is inversely proportional to the square root of the
+        frequency of its slope. Without the root the steepest pixels, where the map is least
+        accurate, would dominate.
+        """
+        rows, columns = np.nonzero(self.scored_area())
+        gx, gy = (
+            plane[rows - self.target.first_row, columns] for plane in self.target.smooth_slopes
+        )
+        slope_deg = np.degrees(np.arctan(np.hypot(gx, gy)))
+        bins = (slope_deg / MAP_ROWS.slope_bin_deg).astype(int)
+        weight = np.bincount(bins).astype(np.float64)[bins] ** -0.5
+        count = min(MAP_ROWS.most_pixels, len(rows))
+        pick = np.random.default_rng(0).choice(
+            len(rows), count, replace=False, p=weight / weight.sum()
+        )
+        return Press(
+            frame=self.frame,
+            rows=rows[pick].astype(np.int32),
+            columns=columns[pick].astype(np.int32),
+            gradients=np.stack([gx, gy], axis=1)[pick].astype(np.float32),
+            name=self.file,
+            heights_mm=self.target.smooth_relief_mm[rows - self.target.first_row, columns][pick],
+        )
+
+    def true_gradients(self, mask: Bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows, columns and (N, 2) slopes of the map over a mask."""
+        rows, columns = np.nonzero(mask)
+        gx, gy = (plane[rows - self.target.first_row, columns] for plane in self.target.slopes)
+        return rows, columns, np.stack([gx, gy], axis=1)
+
+    def height_errors_mm(self, height_mm: Float32, mask: Bool) -> np.ndarray:
+        """(N,) measured minus true height over a mask, less a plane: the map's is arbitrary."""
+        rows, columns = np.nonzero(mask)
+        true = self.target.height_mm[rows - self.target.first_row, columns]
+        error = height_mm[mask].astype(np.float64) - true
+        plane = np.stack([np.ones(len(rows)), rows, columns], axis=1)
+        return np.asarray(error - plane @ np.linalg.lstsq(plane, error, rcond=None)[0])
+
+    def sphere(self, height_mm: Float32) -> None:
+        """None: it is no ball."""
+
+    def lighting(self, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes and changes of intensity of the fine structure of the relief."""
+        top = self.target.first_row
+        band = slice(top, top + len(self.target.height_mm))
+        base = reference.pixels[band]
+        floor = np.float32(MAP_ROWS.least_intensity * self.frame.full_scale)
+        change = self.frame.pixels[band] / np.maximum(base, floor) - np.float32(1)
+        at = (self.target.usable & self._band(self.target.margin_px)).nonzero()
+        slopes = np.stack(self.target.slopes, axis=2)
+        return _fine(slopes)[at], _fine(change.astype(np.float32))[at]
+
+    def _band(self, margin_px: int) -> Bool:
+        band = np.zeros(self.target.height_mm.shape, np.bool_)
+        band[self.first + margin_px : max(self.first, self.last - margin_px)] = True
+        return band
+
+    def _in_frame(self, part: Bool) -> Bool:
+        whole = np.zeros(self.frame.pixels.shape[:2], np.bool_)
+        whole[self.target.first_row : self.target.first_row + len(part)] = part
+        return whole
+
+
+def blocks(target: HeightTarget) -> list[MapBlock]:
+    """Divide a target into bands that hold heights.
+
+    Raises
+    ------
+    InputError
+        No band does.
+    """
+    count = min(MAP_ROWS.most_bands, max(1, len(target.height_mm) // MAP_ROWS.rows_per_band))
+    edges = [round(len(target.height_mm) * i / count) for i in range(count + 1)]
+    bands = [MapBlock(target, a, b) for a, b in pairwise(edges)]
+    used = [band for band in bands if band.used]
+    if not used:
+        raise InputError(f"{target.file} holds no heights in these rows; choose others")
+    return used
+
+
+def _fine(planes: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(planes - cv2.GaussianBlur(planes, (0, 0), MAP_ROWS.fine_px), np.float32)
 
 
 @dataclass(frozen=True, eq=False)

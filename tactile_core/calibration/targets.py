@@ -14,7 +14,6 @@ from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.photometric import smooth_background
 from tactile_core.calibration.crew import ALONE, Crew
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of, undeformed_press
-from tactile_core.calibration.map_rows import MapBlock, blocks
 from tactile_core.calibration.press_search import (
     TARGET,
     ball_diameters_mm,
@@ -22,7 +21,7 @@ from tactile_core.calibration.press_search import (
     find_presses,
     size_words,
 )
-from tactile_core.calibration.pressed_grid import PressedGrid, PressedMap
+from tactile_core.calibration.pressed_grid import MapBlock, PressedGrid, PressedMap, blocks
 from tactile_core.calibration.presses import FoundPress, select_usable
 from tactile_core.calibration.result import Fold, SeparatePresses
 from tactile_core.calibration.target_surface import HeightTarget, S, is_height_map

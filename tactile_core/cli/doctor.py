@@ -15,7 +15,7 @@ from tactile_core.cli.output import print_data, print_json, terminal
 from tactile_core.cli.signals import interrupt_ends
 
 if TYPE_CHECKING:
-    from tactile_core.interfaces.reading import Reading
+    from tactile_core.interfaces.sink import Reading
     from tactile_core.pipeline.examination import Check
     from tactile_core.pipeline.health import Health
 

@@ -13,8 +13,8 @@ import numpy as np
 from tactile_core.cli.output import print_data, print_json, print_message, terminal
 
 if TYPE_CHECKING:
-    from tactile_core.calibration.guided.guidance import Guidance
     from tactile_core.calibration.guided.session import GuidedCalibration
+    from tactile_core.calibration.guided.touch import Guidance
     from tactile_core.calibration.result import Calibrated
     from tactile_core.pipeline.sensor import Sensor
 

@@ -50,8 +50,8 @@ def record(
     from tactile_core.cli.output import Bar
     from tactile_core.cli.signals import interrupt_ends
     from tactile_core.errors import InputError
+    from tactile_core.pipeline.conversion import keep_recording
     from tactile_core.pipeline.opening import open_sensor
-    from tactile_core.pipeline.recording_session import keep_recording
 
     if seconds is not None and not 0 < seconds < float("inf"):
         raise InputError(f"--seconds {seconds:g}? give a positive number")

@@ -29,7 +29,7 @@ from tactile_core.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from tactile_core.interfaces.reading import Reading
+    from tactile_core.interfaces.sink import Reading
 
 
 def run(

@@ -34,8 +34,7 @@ def simulate(
     from tactile_core.profiles.loader import load_profile
     from tactile_core.sim.script import Script
     from tactile_core.sim.simulation import simulate as play
-    from tactile_core.sim.stage import VirtualStage
-    from tactile_core.sim.unit import vary
+    from tactile_core.sim.stage import VirtualStage, vary
 
     if mode not in ("accurate", "fast"):
         raise InputError(f"--mode is 'accurate' or 'fast', not {mode!r}")

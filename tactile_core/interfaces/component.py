@@ -8,9 +8,8 @@ from typing import Annotated, Any, Protocol
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from tactile_core.formats.json import shorten_repr
-from tactile_core.interfaces.gel import Gel
+from tactile_core.interfaces.gel import Gel, Optics
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.interfaces.optics import Optics
 
 _USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, Field, field_validator, model_validator
 
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.optics import LightBuild
+from tactile_core.interfaces.gel import LightBuild
 
 
 @dataclass(frozen=True)

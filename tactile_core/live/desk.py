@@ -11,14 +11,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tactile_core.errors import InputError
-from tactile_core.live.alternative import (
-    TRUTH,
-    Alternative,
-    Choice,
-    alternative_pipeline,
-    choices_for,
-    find_choice,
-)
 from tactile_core.live.commands import (
     AnyCommand,
     Calibrate,
@@ -35,8 +27,16 @@ from tactile_core.live.commands import (
 from tactile_core.live.guiding import Guiding, described_guidance
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.shown_state import new_path, save_snapshot
+from tactile_core.live.state import (
+    TRUTH,
+    Alternative,
+    Choice,
+    alternative_pipeline,
+    choices_for,
+    find_choice,
+)
 from tactile_core.recordings.running_recording import RunningRecording
-from tactile_core.sim.hand import Aim, Hand
+from tactile_core.sim.camera import Aim, Hand
 
 T = TypeVar("T")
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.calibration.guided.session import GuidedCalibration
+from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import InputError, TactileError, words_of
 from tactile_core.live.commands import PAGE
 from tactile_core.live.live_sensor import LiveSensor

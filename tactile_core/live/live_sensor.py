@@ -13,19 +13,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tactile_core.acquisition.free_running import HOST
-from tactile_core.calibration.guided.guidance import Guidance
+from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
-from tactile_core.interfaces.reading import Reading
-from tactile_core.live.alternative import Alternative
+from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import PAGE
 from tactile_core.live.numbers import entries_of
 from tactile_core.live.opening import Playback
 from tactile_core.live.pictures import Newest
-from tactile_core.live.state import LiveState, Sample
+from tactile_core.live.state import Alternative, LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.camera import HandCamera
-from tactile_core.sim.hand import Hand
+from tactile_core.sim.camera import Hand, HandCamera
 
 T = TypeVar("T")
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import TactileError, words_of
-from tactile_core.live.alternative import TRUTH, Comparison
 from tactile_core.live.commands import AnyCommand, Move, Shown, Want, read_command
 from tactile_core.live.desk import Desk
 from tactile_core.live.shown_state import View, encoded_state
-from tactile_core.live.state import LiveState, true_quantities
+from tactile_core.live.state import TRUTH, Comparison, LiveState, true_quantities
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection

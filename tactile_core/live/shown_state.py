@@ -15,8 +15,7 @@ import numpy as np
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import InputError
 from tactile_core.formats.json import plain
-from tactile_core.interfaces.reading import Reading
-from tactile_core.live.alternative import Comparison
+from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import Parts
 from tactile_core.live.numbers import entries_of
 from tactile_core.live.pictures import (
@@ -28,7 +27,7 @@ from tactile_core.live.pictures import (
     picture,
     titles,
 )
-from tactile_core.live.state import LiveState, Sample
+from tactile_core.live.state import Comparison, LiveState, Sample
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Frame

@@ -1,4 +1,4 @@
-"""Converts one kind of recording to another, or to what a sink writes."""
+"""Converts recordings, and keeps one going."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import InputError, PluginError
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
 from tactile_core.interfaces.calibrator import Progress
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Sink
+from tactile_core.interfaces.sink import Reading, Sink
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.recorded_sensor import recorded_session
-from tactile_core.pipeline.recording_session import keep_recording
+from tactile_core.pipeline.playback import recorded_session
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sinks import CORE, Sinks
 from tactile_core.plugins.registry import list_plugins, resolve
@@ -25,8 +24,78 @@ from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.output_folder import OutputFolder
 from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording_file import EventEntry, RecordingFile
+from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.session_files import profile_of
 from tactile_core.recordings.source import copy_writer, is_recorded, recording_file, writes
+
+
+class WAITING:
+    """How a recording is watched that needs no reading."""
+
+    look_s = 0.1  # [s] Time between two looks at it. Source: ten in a second seem continuous.
+
+
+def keep_recording(
+    sensor: Sensor,
+    recording: RunningRecording,
+    *,
+    seconds: float | None = None,
+    frames: int | None = None,
+    timeout_s: float = 1.0,
+    clock: Clock = HOST,
+) -> Iterator[float]:
+    """Keep a recording going, and yield the completed fraction from time to time.
+
+    Without readings nothing is measured, and images of a streaming camera are not even decoded.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    recording : RunningRecording
+        Of this sensor.
+    seconds : float, optional
+        Length. Default: until the camera's recording ends or the caller stops.
+    frames : int, optional
+        Number of observations.
+    timeout_s : float
+        Longest wait for an image.
+
+    Raises
+    ------
+    OSError
+        The recording failed.
+    CameraTimeout, CameraLost, LightsLost, SequenceError
+        As :meth:`Sensor.acquire <tactile_core.pipeline.sensor.Sensor.acquire>`.
+    """
+    began_s, done = clock.now(), 0
+    watched = sensor.records_all and not recording.readings
+    if watched:
+        recording.limit = frames
+    last, last_s = 0, began_s
+    while True:
+        elapsed_s = clock.now() - began_s
+        shares = [0.0 if frames is None else done / frames]
+        shares.append(0.0 if seconds is None else elapsed_s / seconds)
+        yield min(1.0, max(shares))
+        if recording.failure is not None:
+            raise OSError(recording.failure)
+        if max(shares) >= 1:
+            return
+        if watched:
+            clock.sleep(WAITING.look_s)
+            done = recording.images + recording.dropped
+            if done > last:
+                last, last_s = done, clock.now()
+            elif clock.now() - last_s > timeout_s:
+                sensor.acquire(timeout_s)  # says why nothing comes, or opens the camera again
+                last_s = clock.now()
+            continue
+        frame = sensor.acquire(timeout_s)
+        if frame is None:
+            return
+        if recording.readings:
+            sensor.measure(frame)
+        done += 1
 
 
 class Converted(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CalibrationError, InputError, SequenceError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels, Reference
 

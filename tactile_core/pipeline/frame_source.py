@@ -1,4 +1,4 @@
-"""Where frames come from: devices that are opened, and opened again when they were lost."""
+"""Where frames come from, and what is measured in them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_check import LiveCheck
+from tactile_core.pipeline.health import Health
+from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_devices
 from tactile_core.pipeline.sensor_recordings import SensorRecordings
@@ -281,3 +283,44 @@ class FrameSource:
                 if frame is not None:
                     self._reconnection.saw(frame)
                 return frame
+
+
+class Measurement:
+    """Records what is measured, judges the sensor's health by it, and adds warnings to readings.
+
+    Parameters
+    ----------
+    source : FrameSource
+
+    Attributes
+    ----------
+    tared : bool
+        Whether the load of some frame is being subtracted.
+    """
+
+    def __init__(self, source: FrameSource) -> None:
+        self._source = source
+        self._monitor = HealthMonitor(source.camera)
+        self._began = self.tared = False
+
+    def health(self) -> Health:
+        """Judge the camera, the lights and the markers from the readings until now."""
+        return self._monitor.health()
+
+    def begin(self, pipeline: Pipeline, frame: Frame, *, tare: bool = False) -> Frame:
+        """Note that a frame is about to be measured, and return it."""
+        if self._source.recordings.measuring(frame, tare=tare) and self._began:
+            pipeline.resume()
+        self._began, self.tared = True, self.tared or tare
+        return frame
+
+    def note_reading(self, pipeline: Pipeline, reading: Reading) -> Reading:
+        """Note a reading, and add the warnings that concern the devices and the markers."""
+        self._monitor.add(reading, self._source.settings, HOST.now())
+        reading = self._source.add_warnings(reading)
+        added = self._monitor.warnings()
+        if added:
+            reading = replace(reading, warnings=(*reading.warnings, *added))
+        self._source.recordings.healthy(self._monitor)
+        self._source.recordings.record_reading(reading)
+        return reading

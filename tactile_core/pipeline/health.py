@@ -13,7 +13,7 @@ import numpy as np
 from tactile_core.algorithms.drift import DRIFT
 from tactile_core.formats.json import plain
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Frame, MarkerField, Quantity, Reference
 
 Verdict = Literal["ok", "warning", "unknown"]

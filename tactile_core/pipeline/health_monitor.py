@@ -8,7 +8,7 @@ from statistics import median
 
 from tactile_core.acquisition.acquisition import CAMERA, Settings
 from tactile_core.interfaces.camera import Camera, StreamStatistics
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health import Finding, GelHealth, Health
 from tactile_core.plugins.blame import blame
 
@@ -129,7 +129,7 @@ class CameraHealth:
             )
         return Finding.from_value(1e3 * age_s, 1e3 * usual_s, "ms", problem)
 
-    def judge_dropped(self) -> Finding:
+    def dropped(self) -> Finding:
         """Images that were not read because newer ones came first."""
         if not self._counts:
             return Finding.unknown(self._no_stream)
@@ -146,12 +146,12 @@ class CameraHealth:
             )
         return Finding.from_value(count, None, "", problem)
 
-    def judge_torn(self) -> Finding:
+    def torn(self) -> Finding:
         """Images that arrived damaged."""
         remedy = "arrived torn; change the cable, or connect the camera without a hub"
         return self._share("torn", CAMERA_HEALTH.torn, remedy)
 
-    def judge_repeated(self) -> Finding:
+    def repeated(self) -> Finding:
         """Images that equal the one before."""
         remedy = "repeat the one before; lower the camera's rate to one that it keeps"
         return self._share("repeated", CAMERA_HEALTH.repeated, remedy)
@@ -238,9 +238,9 @@ class HealthMonitor:
         return Health(
             rate=stream.rate(),
             latency=stream.latency(),
-            dropped=stream.judge_dropped(),
-            torn=stream.judge_torn(),
-            repeated=stream.judge_repeated(),
+            dropped=stream.dropped(),
+            torn=stream.torn(),
+            repeated=stream.repeated(),
             exposure_time=stream.exposure_time(),
             lights=gel.lights(),
             saturated=gel.judge_saturation(),

@@ -1,17 +1,24 @@
-"""Opens a sensor by its profile's name."""
+"""Opens sensors, one or several together."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
 
 from tactile_core.acquisition.unit_devices import with_unit_devices
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
-from tactile_core.errors import InputError
-from tactile_core.pipeline.recorded_sensor import check_unit, recorded_session
+from tactile_core.errors import InputError, TactileError
+from tactile_core.interfaces.sink import Reading
+from tactile_core.pipeline.playback import check_unit, recorded_session
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Reference
+from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.session_files import bundle_of
 
 
@@ -109,3 +116,179 @@ def _load_profile(profile: str | Path, sim: bool, script: Path | str | None) -> 
     if not sim:
         raise InputError(f"the script {script} controls the virtual sensor; add --sim")
     return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
+
+
+# Frames of every sensor that found no partner, after which none will; a second of most cameras.
+_HOPELESS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class PairedReadings:
+    """One reading of each sensor, taken at about the same time.
+
+    Attributes
+    ----------
+    readings : tuple of Reading
+        In the order of the sensors.
+    apart_s : float
+        Time between the first and the last of them.
+    """
+
+    readings: tuple[Reading, ...]
+    apart_s: float
+
+
+class SensorGroup:
+    """Open sensors whose readings belong together where their times do.
+
+    All sensors need the same clock: live cameras of one host, or recordings that were started
+    together.
+
+    Parameters
+    ----------
+    sensors : sequence of Sensor
+        Open; the group closes them.
+    tolerance_s : float
+        Readings of one instant are at most this far apart. Half the period of the slowest camera
+        pairs every frame of that camera.
+
+    Attributes
+    ----------
+    skipped : int
+        Frames without a partner, which were not measured.
+    """
+
+    def __init__(self, sensors: Sequence[Sensor], *, tolerance_s: float) -> None:
+        if len(sensors) < 2:
+            raise InputError("a group needs two sensors or more; open each with open_sensor")
+        if not 0 <= tolerance_s < float("inf"):
+            raise InputError(f"a tolerance of {tolerance_s:g} s? give the seconds, 0 or more")
+        self.sensors = tuple(sensors)
+        self.tolerance_s = tolerance_s
+        self.skipped = 0
+        # a thread for each sensor, so that their exposures take place together
+        self._threads = [ThreadPoolExecutor(1, f"sensor group {i}") for i in range(len(sensors))]
+
+    @classmethod
+    def open(
+        cls,
+        profile: Profile | str | Path,
+        serials: Iterable[str],
+        *,
+        tolerance_s: float,
+        **options: Any,
+    ) -> Self:
+        """Open several units of one profile; if one fails, none stays open.
+
+        Parameters
+        ----------
+        profile : Profile, str or Path
+            As of :func:`~tactile_core.pipeline.opening.open_sensor`.
+        serials : iterable of str
+            Serial of each unit.
+        tolerance_s : float
+        **options
+            Further arguments of :func:`~tactile_core.pipeline.opening.open_sensor`, for all units.
+
+        Raises
+        ------
+        InputError
+            There is only one serial, or one is given twice.
+        TactileError
+            As :func:`~tactile_core.pipeline.opening.open_sensor`; the message names the unit.
+        """
+        units = list(serials)
+        if len(units) < 2 or len(set(units)) < len(units):
+            raise InputError(
+                f"the serials {', '.join(units) or '(none)'}? give two or more, each once, as in "
+                f"SensorGroup.open({str(profile)!r}, ('left', 'right'), …)"
+            )
+        with ExitStack() as opened:
+            sensors = []
+            for unit in units:
+                with _naming(f"sensor {unit}"):
+                    sensors.append(open_sensor(profile, serial=unit, **options))
+                opened.callback(sensors[-1].close)
+            group = cls(sensors, tolerance_s=tolerance_s)
+            opened.pop_all()
+            return group
+
+    def stream(self) -> Iterator[PairedReadings]:
+        """Yield paired readings until the first sensor ends.
+
+        The sensor that is behind is read again until all are within the tolerance. Only paired
+        frames are measured. Live cameras drop what nobody reads meanwhile, so that a slow sensor
+        delays no frame of the others.
+
+        Raises
+        ------
+        DeviceError
+            A camera fails; the message names its sensor.
+        InputError
+            The frames of the sensors follow one another, but never within the tolerance.
+        """
+        frames = self._acquire_frames(range(len(self.sensors)))
+        alone, closest_s = [0] * len(frames), float("inf")
+        while None not in frames:
+            times = [frame.timestamp_s for frame in frames if frame is not None]
+            apart_s = max(times) - min(times)
+            if apart_s <= self.tolerance_s:
+                yield PairedReadings(tuple(self._measure_frames(frames)), apart_s)
+                frames = self._acquire_frames(range(len(self.sensors)))
+                alone, closest_s = [0] * len(frames), float("inf")
+            else:
+                behind = times.index(min(times))
+                self.skipped += 1
+                alone[behind] += 1
+                closest_s = min(closest_s, apart_s)
+                if min(alone) >= _HOPELESS:
+                    raise InputError(
+                        f"no frames of the sensors are within {self.tolerance_s:g} s of each "
+                        f"other; the closest are {closest_s:.3g} s apart, so allow a larger "
+                        f"tolerance_s"
+                    )
+                (frames[behind],) = self._acquire_frames([behind])
+
+    def close(self) -> None:
+        """Close every sensor, even if one of them fails."""
+        with ExitStack() as stack:
+            for sensor in self.sensors:
+                stack.callback(sensor.close)
+            for thread in self._threads:  # a read that is under way ends after its timeout
+                stack.callback(thread.shutdown)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _acquire_frames(self, indices: Iterable[int]) -> list[Frame | None]:
+        """Acquire one frame of each of these sensors, all at the same time."""
+        under_way = {
+            index: self._threads[index].submit(self.sensors[index].acquire) for index in indices
+        }
+        return [self._result(index, future) for index, future in under_way.items()]
+
+    def _result(self, index: int, future: Future[Frame | None]) -> Frame | None:
+        with _naming(f"sensor {index + 1} ({self.sensors[index].name})"):
+            return future.result()
+
+    def _measure_frames(self, frames: Sequence[Frame | None]) -> Iterator[Reading]:
+        for sensor, frame in zip(self.sensors, frames, strict=True):
+            assert frame is not None
+            yield sensor.measure(frame)
+
+
+@contextmanager
+def _naming(sensor: str) -> Iterator[None]:
+    """Put the sensor's name before the message of an error on purpose."""
+    try:
+        yield
+    except TactileError as error:
+        raise type(error)(f"{sensor}: {error}") from error

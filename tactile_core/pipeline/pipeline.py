@@ -18,7 +18,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.frame_check import check_order, check_pixels, check_reference
 from tactile_core.pipeline.health import exposure_warnings, not_given, without_slopes
@@ -40,7 +40,7 @@ from tactile_core.quantities import (
     ReferenceGradients,
     ShownGel,
 )
-from tactile_core.quantities.on_demand import grid_of
+from tactile_core.quantities.quantity import grid_of
 
 # Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do.
 BULGE = 0.5

@@ -1,4 +1,4 @@
-"""Makes the devices of a profile, and plays back recordings in their place."""
+"""Plays recordings back, of one sensor or of a session."""
 
 from __future__ import annotations
 
@@ -15,14 +15,70 @@ from tactile_core.interfaces.component import Component, SensorBuild
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.pipeline.recorded_sensor import check_same_sensor
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
+from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recorded_source import RecordedSource
+from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.recording import open_recording
+from tactile_core.recordings.session_files import profile_of
+from tactile_core.recordings.source import is_recorded, recording_file
+
+
+def recorded_session(path: Path) -> RecordedSession | None:
+    """Return the session of a recording; None if no sensor wrote it.
+
+    Raises
+    ------
+    InputError
+        The recording is damaged.
+    """
+    if not is_recorded(path):
+        return None
+    with recording_file(path) as file:
+        return file.session
+
+
+def check_same_sensor(profile: Profile, session: RecordedSession, path: Path) -> tuple[str, ...]:
+    """Check that a profile can measure what a sensor recorded; return notes for the user.
+
+    Raises
+    ------
+    InputError
+        The recording is of another sensor: its image, lights or gel differ.
+    """
+    own = profile_of(session, path)
+    if profile_hash(own) == profile_hash(profile):
+        return ()
+    sizes = [(p.image.width_px, p.image.height_px, p.image.bit_depth) for p in (own, profile)]
+    if own.name != profile.name or sizes[0] != sizes[1]:
+        raise InputError(
+            f"{path} was recorded with the profile {own.name}, whose image, lights or gel differ "
+            f"from those of {profile.name}; use the profile {own.name}"
+        )
+    return (
+        f"the image, lights or gel of the profile {own.name} have changed since {path.name} was "
+        f"recorded",
+    )
+
+
+def check_unit(session: RecordedSession, serial: str | None, path: Path) -> None:
+    """Check that a recording is of a unit.
+
+    Raises
+    ------
+    InputError
+        It is of another one.
+    """
+    if None not in (session.serial, serial) and session.serial != serial:
+        raise InputError(
+            f"{path} was recorded with the unit {session.serial}, not {serial}; correct --serial "
+            f"or leave it out"
+        )
+
 
 # Largest deviation from 1 of the stretch that rounding of the image size can cause.
 _SAME_SHAPE = 0.01

@@ -12,11 +12,10 @@ from tactile_core.acquisition.acquisition import CAMERA, average
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.camera import Camera, Drop
-from tactile_core.interfaces.reading import Reading
-from tactile_core.pipeline.frame_source import FrameSource
+from tactile_core.interfaces.sink import Reading
+from tactile_core.pipeline.frame_source import FrameSource, Measurement
 from tactile_core.pipeline.health import Health
 from tactile_core.pipeline.initial_reference import InitialReference
-from tactile_core.pipeline.measurement import Measurement
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back
 from tactile_core.pipeline.recorded_session import session_of

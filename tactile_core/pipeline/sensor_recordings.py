@@ -8,7 +8,7 @@ from functools import partial
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.image_queue import Tap
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.pipeline.health_monitor import HealthMonitor

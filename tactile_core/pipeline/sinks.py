@@ -9,8 +9,7 @@ from typing import Self
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import Component, is_component_name
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Recorder, ResultFolder, Session, Sink
+from tactile_core.interfaces.sink import Reading, Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.blame import blame, blame_of
 from tactile_core.plugins.options import options_of

@@ -20,7 +20,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 from tactile_core.errors import InputError, words_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import Frame
 

@@ -7,10 +7,10 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
-from tactile_core.interfaces.slope_errors import Calibration
+from tactile_core.interfaces.calibrator import Calibration
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference, ReferenceGradients
 from tactile_core.quantities.array_form import form_fault
-from tactile_core.quantities.on_demand import grid_of, on_demand
+from tactile_core.quantities.quantity import grid_of, on_demand
 
 # Error codes of a full disk or file table, which are not the component's fault.
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.ENFILE}

@@ -9,10 +9,9 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from tactile_core.errors import ProfileError
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibrator import Calibration, Calibrator, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
-from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Reference

@@ -11,9 +11,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from tactile_core.formats.json import shorten_repr
 from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.component import Component, Lighting
-from tactile_core.interfaces.gel import Gel, markers_misfit
+from tactile_core.interfaces.gel import Gel, Optics, markers_misfit
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.interfaces.optics import Optics
 
 _NAME = r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$"
 

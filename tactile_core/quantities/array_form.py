@@ -11,8 +11,7 @@ import numpy as np
 
 from tactile_core.quantities.fields import Field, fields_of
 from tactile_core.quantities.observation import Image
-from tactile_core.quantities.on_demand import waiting
-from tactile_core.quantities.quantity import Quantity
+from tactile_core.quantities.quantity import Quantity, waiting
 
 # Largest value of an array; squares of such values still fit into float32 when summed up.
 _LARGEST = 1e15

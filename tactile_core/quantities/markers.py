@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.quantities.fields import FieldSpec, Layer, MmPerPx, Points, TimestampS, VectorMap
-from tactile_core.quantities.on_demand import none
-from tactile_core.quantities.quantity import Quantity
+from tactile_core.quantities.quantity import Quantity, none
 
 Int32 = NDArray[np.int32]
 _EACH, _PLACES = ("marker",), ("marker", "xy")

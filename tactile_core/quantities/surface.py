@@ -10,8 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, from_middle
 from tactile_core.quantities.fields import FieldSpec, Layer, MmPerPx, Outline, Surface, TimestampS
-from tactile_core.quantities.on_demand import none
-from tactile_core.quantities.quantity import Quantity
+from tactile_core.quantities.quantity import Quantity, none
 
 _YX = ("y", "x")
 

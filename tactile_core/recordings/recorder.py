@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.formats.headers import header
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Image, Reference
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from tactile_core.errors import words_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Frame, Image, Quantity, Reference
 from tactile_core.quantities.array_form import size_change

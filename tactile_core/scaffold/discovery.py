@@ -33,8 +33,8 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording
-from tactile_core.scaffold.finding import Finding
 from tactile_core.scaffold.markers import (
+    Finding,
     FoundMarkers,
     find_lights,
     find_markers,

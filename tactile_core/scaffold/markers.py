@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,28 @@ from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.playback import make_lights, read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels, Reference
-from tactile_core.scaffold.finding import Finding
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Keys of one section of a profile, and the origin of their values.
+
+    Attributes
+    ----------
+    section : str
+        ``image`` or ``gel``, for example.
+    comment : str
+        Meaning and origin of the keys, in a sentence or two.
+    values : mapping
+        Keys and values for the file; empty if the parent's values are inherited.
+    noted : bool
+        Also reported to the user: the values are inherited instead of measured, or doubtful.
+    """
+
+    section: str
+    comment: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+    noted: bool = False
 
 
 @dataclass(frozen=True)

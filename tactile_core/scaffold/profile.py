@@ -15,7 +15,7 @@ from tactile_core.formats.folders import make_folder
 from tactile_core.formats.json import printable
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.scaffold.finding import Finding
+from tactile_core.scaffold.markers import Finding
 
 
 def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:

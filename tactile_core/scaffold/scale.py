@@ -19,8 +19,7 @@ from tactile_core.formats.target import read_target
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
-from tactile_core.scaffold.finding import Finding
-from tactile_core.scaffold.markers import FoundMarkers
+from tactile_core.scaffold.markers import Finding, FoundMarkers
 
 Point = tuple[float, float]
 

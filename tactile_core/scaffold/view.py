@@ -15,7 +15,7 @@ from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.image import FEWEST_PX, ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
-from tactile_core.scaffold.finding import Finding
+from tactile_core.scaffold.markers import Finding
 from tactile_core.scaffold.scale import ScaleMethod
 
 

@@ -16,8 +16,7 @@ from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.solids import Indenter
-from tactile_core.sim.normal_contact import solve_normal
-from tactile_core.sim.window import Window
+from tactile_core.sim.normal_contact import Window, solve_normal
 
 
 class STEP:

@@ -11,8 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
 from tactile_core.errors import InputError
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.stage import VirtualStage
-from tactile_core.sim.unit import vary
+from tactile_core.sim.stage import VirtualStage, vary
 
 
 class ForceObject(NamedTuple):

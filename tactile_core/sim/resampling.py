@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
 from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.sim.normal_contact import Window
 from tactile_core.sim.refinement import BandedMatrix
-from tactile_core.sim.window import Window
 
 
 class INVERSION:

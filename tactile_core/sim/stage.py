@@ -1,22 +1,28 @@
-"""Virtual sensor with a moving object: camera frames and ground truth."""
+"""The virtual stage: one unit of a sensor, pressed and moved by commands."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel, Field
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.component import Lighting, SensorBuild
+from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.gel import Gel, Markers, Optics
 from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
+from tactile_core.sim.gel import GEL
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.rig import RigOptics
+from tactile_core.sim.optics.sources import Coating
 
 
 class VirtualStage(GelSurface):
@@ -153,3 +159,187 @@ class VirtualStage(GelSurface):
     @property
     def _has_dark(self) -> bool:
         return self._shots < len(self._optics.exposures)
+
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+class UNIT:
+    """Largest deviations of a unit from its design; each is uniform and independent.
+
+    Ratios are relative to the design's value.
+    """
+
+    # [degrees] Direction of each light. Source: geometry: an LED board that is 1 mm out of place
+    # at 12 mm from the gel.
+    azimuth_deg = 5.0
+    elevation_deg = 4.0
+    # [ratio] Distance and brightness of each light. Source: geometry as above; the intensity bins
+    # of LEDs are 20 to 30 % wide.
+    distance = 0.08
+    brightness = 0.15
+    white_balance = 0.1  # [ratio] Gain of each colour: cameras do not balance every unit alike
+    # [ratio] Ambient light, contrast of the coating's grain, and reflectance of the ink. Source:
+    # by hand, : hand-made coatings vary by half.
+    ambient = 0.5
+    grain = 0.5
+    ink = 0.5
+    specular = 0.1  # [share] Specular share of the coating
+    roughness = 0.2  # [ratio] Roughness of the coating
+    # [ratio] Gel thickness, shear modulus, and friction. Source: casting tolerance of 0.1 mm in 2
+    # mm; 5 points of Shore hardness are about 20 % of the modulus; friction changes with dust and
+    # wear.
+    thickness = 0.05
+    modulus = 0.2
+    friction = 0.2
+    # [mm and degrees] Position and rotation of the printed grid. Source: by hand, : gels are
+    # mounted by hand.
+    marker_shift_mm = 0.5
+    marker_angle_deg = 2.0
+    # [ratio] Marker diameter, and standard deviation of a marker's position in diameters.
+    marker_size = 0.1
+    marker_jitter = 0.05
+    # [ratio] Brightness of the undeformed surface, noise of the camera, light lost in the
+    # corners, and leak between colours.
+    exposure = 0.15
+    noise = 0.3
+    vignetting = 0.5
+    crosstalk = 0.3
+
+
+def vary(profile: Profile, seed: int) -> Profile:
+    """Return another unit of the same design.
+
+    The units of different seeds differ in light, coating, gel, print and camera; their names and
+    images' sizes are the design's. The same seed gives the same unit.
+
+    Parameters
+    ----------
+    profile : Profile
+        The design, for example ``load_profile("hex_fingertip", sim=True)``.
+    seed : int
+        0 or more.
+
+    Returns
+    -------
+    Profile
+        For :class:`~tactile_core.sim.VirtualStage`.
+    """
+    draw = _Draw(np.random.default_rng([seed, 51]))
+    return profile.model_copy(
+        update={
+            "illumination": _lighting(profile.illumination, draw),
+            "optics": _optics(profile, draw),
+            "gel": _gel(profile.gel, draw),
+        }
+    )
+
+
+class _Draw:
+    """Random deviations; ``factor`` is about 1 and ``offset`` about 0."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+
+    def offset(self, most: float) -> float:
+        return float(self._rng.uniform(-most, most))
+
+    def factor(self, most: float) -> float:
+        return 1 + self.offset(most)
+
+    def share(self, value: float, most: float, limit: float = 1.0) -> float:
+        return min(value * self.factor(most), limit)
+
+
+def _lighting(lighting: Lighting, draw: _Draw) -> Lighting:
+    lights = lighting.options.get("lights")
+    if not lights:
+        return lighting
+    moved = [
+        light
+        | {
+            "azimuth_deg": light["azimuth_deg"] + draw.offset(UNIT.azimuth_deg),
+            "elevation_deg": float(
+                np.clip(light["elevation_deg"] + draw.offset(UNIT.elevation_deg), 1, 90)
+            ),
+        }
+        for light in lights
+    ]
+    return lighting.model_copy(update={"lights": moved})
+
+
+def _optics(profile: Profile, draw: _Draw) -> Optics:
+    optics = profile.optics
+    coat, sensor, lights = optics.coat, optics.sensor, optics.lights
+    coating = Coating.from_profile(profile)
+    new: dict[str, Any] = {
+        "lights": {
+            "spread": float(np.hypot(lights.spread, UNIT.brightness)),
+            "distance_mm": lights.distance_mm and lights.distance_mm * draw.factor(UNIT.distance),
+        },
+        "ambient": draw.share(optics.ambient, UNIT.ambient),
+        "coat": {
+            "specular": float(np.clip(coating.specular + draw.offset(UNIT.specular), 0, 1)),
+            "roughness": coating.roughness * draw.factor(UNIT.roughness),
+            "grain": coat.grain * draw.factor(UNIT.grain),
+            "ink": draw.share(coat.ink, UNIT.ink),
+        },
+        "sensor": {
+            "exposure": draw.share(sensor.exposure, UNIT.exposure, 0.95),
+            "white_balance": tuple(
+                gain * draw.factor(UNIT.white_balance) for gain in sensor.white_balance
+            ),
+            "full_well_e": sensor.full_well_e * draw.factor(UNIT.noise),
+            "read_noise_e": sensor.read_noise_e * draw.factor(UNIT.noise),
+            "vignetting": draw.share(sensor.vignetting, UNIT.vignetting),
+            "crosstalk": draw.share(sensor.crosstalk, UNIT.crosstalk, 0.5),
+        },
+    }
+    markers = profile.gel.markers
+    if isinstance(markers, Markers):
+        shift = optics.markers.shift_mm
+        new["markers"] = {
+            "shift_mm": tuple(mm + draw.offset(UNIT.marker_shift_mm) for mm in shift),
+            "angle_deg": optics.markers.angle_deg + draw.offset(UNIT.marker_angle_deg),
+            "jitter_mm": float(
+                np.hypot(optics.markers.jitter_mm, UNIT.marker_jitter * markers.diameter_mm)
+            ),
+        }
+    return _replace_values(optics, new)
+
+
+def _gel(gel: Gel, draw: _Draw) -> Gel:
+    new: dict[str, Any] = {}
+    if gel.thickness_mm is not None:
+        new["thickness_mm"] = gel.thickness_mm * draw.factor(UNIT.thickness)
+    if gel.shear_modulus_mpa is not None:
+        new["shear_modulus_mpa"] = gel.shear_modulus_mpa * draw.factor(UNIT.modulus)
+    slippery = draw.factor(UNIT.friction)
+    new["friction"] = slippery * (GEL.friction if gel.friction is None else gel.friction)
+    if gel.kinetic_friction is not None:
+        new["kinetic_friction"] = slippery * gel.kinetic_friction
+    if isinstance(gel.markers, Markers):
+        size_mm = gel.markers.diameter_mm * draw.factor(UNIT.marker_size)
+        new["markers"] = {"diameter_mm": min(size_mm, 0.9 * gel.markers.pitch_mm)}
+    return _replace_values(gel, new)
+
+
+def _replace_values(model: _Model, new: dict[str, Any]) -> _Model:
+    """Return a validated copy with new values, in nested sections too."""
+    values = model.model_dump()
+    for name, value in new.items():
+        inside = values.get(name)
+        values[name] = inside | value if isinstance(inside, dict) else value
+    return type(model).model_validate(values)
+
+
+class UnitOptions(Options):
+    """Which virtual unit is shown, and how finely it is simulated."""
+
+    seed: int = Field(
+        default=0, ge=0, description="Random seed of the virtual unit and of its noise."
+    )
+    mode: Mode = Field(
+        default="fast",
+        description="fast runs at camera rate; accurate solves the contact on a finer grid.",
+    )

@@ -13,9 +13,8 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
 from tactile_core.sim.contact_step import STEP, ContactModel
 from tactile_core.sim.gel import Imprint
-from tactile_core.sim.normal_contact import solve_normal
+from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
-from tactile_core.sim.window import Window
 
 
 class FINE_CONTACT:

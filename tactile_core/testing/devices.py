@@ -10,8 +10,7 @@ from typing import Any
 
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.device import Device
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session, Sink
+from tactile_core.interfaces.sink import Reading, Session, Sink
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.output_folder import WRITTEN, OutputFolder
 from tactile_core.testing.checks import Suite, check

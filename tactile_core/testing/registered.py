@@ -12,14 +12,13 @@ from typing import Any
 from pydantic import BaseModel
 
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibrator import Calibration, Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
@@ -169,7 +168,7 @@ class Registered:
         """Construct a component; exceptions of its constructor pass through."""
         cls = self.class_of(part)
         if issubclass(cls, Camera):
-            return cls.of(self.options(part), self.rig(part).profile)
+            return cls.for_build(self.options(part), self.rig(part).profile)
         if not issubclass(cls, Estimator):
             return cls(self.options(part))
         return cls(self.options(part), context or self.rig(part).context)

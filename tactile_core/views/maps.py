@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
 from tactile_core.views.shading import (
+    SHEET,
     Rgb,
     colours,
     diverging_colours,
+    frame_picture,
     sequential_colours,
     shade_heights,
 )
-from tactile_core.views.sheet import SHEET, frame_picture
 
 _ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.quantities.fields import Outline, Points, VectorMap
-from tactile_core.views.shading import Colour, Rgb, round_length
-from tactile_core.views.sheet import unit_of
+from tactile_core.views.shading import Colour, Rgb, round_length, unit_of
 
 _FRACTION_BITS = 4  # Fractional bits of OpenCV's coordinates
 

@@ -17,8 +17,7 @@ from tactile_core.quantities.fields import (
     VectorMap,
 )
 from tactile_core.views.maps import Overlay, colour_field, join_texts, magnitude, relief
-from tactile_core.views.shading import Rgb, blank, text_size, write
-from tactile_core.views.sheet import SHEET
+from tactile_core.views.shading import SHEET, Rgb, blank, text_size, write
 
 _CONTRAST = 0.55  # Contrast of a frame under points, relative to the original
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.displacement import MarkedSurface, curl, decomposed, divergence
+from tactile_core.algorithms.displacement import MarkedSurface, curl, decompose_field, divergence
 from tactile_core.errors import InputError
 
 SHAPE, SCALE_MM = (120, 160), 0.1
@@ -42,7 +42,7 @@ def test_a_similarity_is_decomposed_exactly(
     mask = np.hypot(X - 70, Y - 50) < 30
     centre = np.array([70.0, 50.0])
     field = similar(np.array([x, y]), degrees, growth, centre)
-    found = decomposed(field, mask, mm_per_px=SCALE_MM)
+    found = decompose_field(field, mask, mm_per_px=SCALE_MM)
     np.testing.assert_allclose(found.shear_mm, [x, y], atol=1e-9)
     assert found.rotation_deg == pytest.approx(degrees, abs=1e-9)
     assert found.spread == pytest.approx(growth, abs=1e-9)
@@ -57,13 +57,13 @@ def test_the_shear_about_another_centre_is_that_of_the_gel_there(
     x: float, y: float, degrees: float
 ) -> None:
     field = similar(np.array([0.3, -0.1]), degrees, 0.02, np.array([x, y]))
-    found = decomposed(field, mm_per_px=SCALE_MM, centre_px=np.array([x, y]))
+    found = decompose_field(field, mm_per_px=SCALE_MM, centre_px=np.array([x, y]))
     np.testing.assert_allclose(found.shear_mm, [0.3, -0.1], atol=1e-9)
     assert found.rotation_deg == pytest.approx(degrees, abs=1e-9)
 
 
 def test_an_empty_contact_has_no_shear_rotation_or_spread() -> None:
-    found = decomposed(np.ones((*SHAPE, 2)), np.zeros(SHAPE, np.bool_), mm_per_px=SCALE_MM)
+    found = decompose_field(np.ones((*SHAPE, 2)), np.zeros(SHAPE, np.bool_), mm_per_px=SCALE_MM)
     assert (found.shear_mm == 0).all()
     assert found.rotation_deg == found.spread == 0
 
@@ -71,7 +71,7 @@ def test_an_empty_contact_has_no_shear_rotation_or_spread() -> None:
 def test_a_single_pixel_has_neither_rotation_nor_spread() -> None:
     mask = np.zeros(SHAPE, np.bool_)
     mask[30, 40] = True
-    found = decomposed(np.ones((*SHAPE, 2)), mask, mm_per_px=SCALE_MM)
+    found = decompose_field(np.ones((*SHAPE, 2)), mask, mm_per_px=SCALE_MM)
     assert found.rotation_deg == found.spread == 0
     np.testing.assert_allclose(found.shear_mm, [1, 1])
 
@@ -99,7 +99,7 @@ def test_an_array_that_is_not_a_field_is_refused(shape: tuple[int, ...]) -> None
 
 def test_a_mask_of_another_size_is_refused() -> None:
     with pytest.raises(InputError, match="must agree"):
-        decomposed(np.zeros((5, 5, 2)), np.ones((4, 5), np.bool_), mm_per_px=SCALE_MM)
+        decompose_field(np.zeros((5, 5, 2)), np.ones((4, 5), np.bool_), mm_per_px=SCALE_MM)
 
 
 @given(shifts, shifts)

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.marker_tracking import MarkerTracker, tracker
+from tactile_core.algorithms.marker_tracking.growth import steady
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import closest_of, nearest
-from tactile_core.algorithms.marker_tracking.small_motion import steady
 
 REST_PX = 30.0 * np.stack(np.meshgrid(np.arange(14), np.arange(11)), axis=-1).reshape(-1, 2)
 NONE_PX = np.zeros_like(REST_PX)

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, load_profile
-from tactile_core.algorithms.displacement import decomposed, divergence
+from tactile_core.algorithms.displacement import decompose_field, divergence
 from tactile_core.builtin.contact import Displacement
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -137,8 +137,8 @@ def test_under_a_normal_load_the_gel_spreads() -> None:
     bench.surface.press(0.5)
     field, truth = bench.measured()
     assert divergence(field.mm, mm_per_px=SCALE_MM)[truth.contact].mean() > 0.01
-    parts = decomposed(field.mm, truth.contact, mm_per_px=SCALE_MM)
-    true = decomposed(truth.displacement_mm, truth.contact, mm_per_px=SCALE_MM)
+    parts = decompose_field(field.mm, truth.contact, mm_per_px=SCALE_MM)
+    true = decompose_field(truth.displacement_mm, truth.contact, mm_per_px=SCALE_MM)
     assert parts.spread == pytest.approx(true.spread, rel=0.2)
     assert abs(parts.rotation_deg) < 0.1
     assert np.hypot(*parts.shear_mm) < 0.01
@@ -154,7 +154,7 @@ def test_0_6_degrees_rotate_the_whole_contact_and_4_5_its_border_less() -> None:
     def turns() -> list[float]:
         since = bench.measured()[0].mm - before.mm
         return [
-            decomposed(since, ring, mm_per_px=SCALE_MM).rotation_deg
+            decompose_field(since, ring, mm_per_px=SCALE_MM).rotation_deg
             for ring in (radius_mm < 3, radius_mm > 8)
         ]
 

@@ -15,8 +15,7 @@ from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.force_calibration import ForceSamples
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import (

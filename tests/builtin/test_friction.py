@@ -8,7 +8,7 @@ import pytest
 from tactile_core.builtin.imprint_motion import FrictionEstimator
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Friction, Quantity, SlipState, Wrench
 

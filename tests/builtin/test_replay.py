@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_core.builtin.replay import ReplayCamera, ReplayOptions
+from tactile_core.builtin.sequential import ReplayCamera, ReplayOptions
 from tactile_core.errors import DeviceError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile

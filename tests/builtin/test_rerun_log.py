@@ -16,8 +16,7 @@ from support.readings import SHAPE, contact, height, markers, reading, slopes
 
 from tactile_core.builtin.rerun_log import RerunLog, RerunOptions
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session
+from tactile_core.interfaces.sink import Reading, Session
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, MarkerField, SlipState
 from tactile_core.recordings.output_folder import OutputFolder

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.calibration.map_rows import MapBlock, blocks
+from tactile_core.calibration.pressed_grid import MapBlock, blocks
 from tactile_core.calibration.target_surface import HeightTarget, is_height_map, parse_rows
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import write_tmd

@@ -9,7 +9,7 @@ import pytest
 
 from tactile_core.cli.output import Warnings, print_if_fewer
 from tactile_core.cli.run import _text
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import (
     ContactMask,
     Frame,

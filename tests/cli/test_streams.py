@@ -13,7 +13,7 @@ import pytest
 from support.unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable_lines
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import ContactMask, Frame, HeightMap
 

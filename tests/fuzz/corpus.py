@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
-from tactile_core.pipeline.conversion import convert
+from tactile_core.pipeline.conversion import convert, keep_recording
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.recording_session import keep_recording
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.analytic_ball import BallPress, render

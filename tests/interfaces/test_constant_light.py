@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
+from tactile_core.interfaces.gel import LightBuild
 from tactile_core.interfaces.illumination import (
     ConstantIllumination,
     ConstantLightOptions,
     ConstantOptions,
     Light,
 )
-from tactile_core.interfaces.optics import LightBuild
 
 
 def test_one_exposure_has_every_channel_with_every_light_on() -> None:

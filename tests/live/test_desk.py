@@ -14,8 +14,8 @@ from support.virtual_lab import VirtualLab
 from support.watching import until
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.guided.guidance import Guidance
 from tactile_core.calibration.guided.session import GuidedCalibration
+from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.live.commands import (
     Calibrate,

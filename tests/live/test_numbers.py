@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.live.numbers import Entry, entries_of
 from tactile_core.quantities import (
     FieldSpec,

@@ -110,27 +110,27 @@ def test_images_that_were_held_up_and_arrive_in_a_burst_are_no_rate(
 
 
 def test_images_that_a_slow_reader_leaves_out_are_no_fault() -> None:
-    dropped = stream(dropped=140).judge_dropped()
+    dropped = stream(dropped=140).dropped()
     assert (dropped.value, dropped.verdict) == (140, "ok")
 
 
 def test_a_single_torn_image_is_chance_only_in_many() -> None:
-    assert stream(torn=1).judge_torn().verdict == "ok"
-    assert stream(torn=3).judge_torn().verdict == "warning"
+    assert stream(torn=1).torn().verdict == "ok"
+    assert stream(torn=3).torn().verdict == "warning"
 
 
 def test_old_faults_are_forgotten() -> None:
     health = CameraHealth(live=True)
     for now_s, received, torn in ((0.0, 0, 0), (5.0, 150, 50), (20.0, 600, 50), (29.0, 870, 50)):
         health.add(StreamStatistics(received, torn=torn, rate_hz=30.0), None, (), now_s)
-    assert health.judge_torn().value == 0
+    assert health.torn().value == 0
 
 
 def test_a_camera_that_was_opened_again_is_counted_from_there() -> None:
     health = CameraHealth(live=True)
     for now_s, received, torn in ((0.0, 90, 40), (5.0, 150, 50), (6.0, 10, 0), (7.0, 40, 0)):
         health.add(StreamStatistics(received, torn=torn, rate_hz=30.0), None, (), now_s)
-    assert (health.judge_torn().value, health.judge_torn().verdict) == (0, "ok")
+    assert (health.torn().value, health.torn().verdict) == (0, "ok")
 
 
 @pytest.mark.parametrize("live", [True, False])
@@ -140,5 +140,5 @@ def test_without_a_stream_nothing_is_known_of_it(live: bool) -> None:
     health.add_reading(0.05, 0.02)
     assert set(verdicts(health).values()) == {"unknown"}
     reason = "takes its images on request" if live else "is read as fast as it is measured"
-    assert reason in health.judge_torn().message
+    assert reason in health.torn().message
     assert health.latency().value == (50.0 if live else None)

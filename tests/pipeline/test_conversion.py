@@ -13,7 +13,7 @@ import pytest
 from support.recordings import SESSION, image, written
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.conversion import convert, session_sinks
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Reference

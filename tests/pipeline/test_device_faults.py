@@ -19,7 +19,7 @@ from support.mjpeg_server import Exchange, MjpegServer, jpeg
 from support.virtual_lab import VirtualLab
 
 from tactile_core import open_sensor
-from tactile_core.builtin.replay import ReplayCamera
+from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.errors import CameraTimeout, DeviceBusy, DeviceError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
@@ -155,12 +155,12 @@ def test_an_interrupt_within_a_request_darkens_the_lights(
     def interrupted(link: SerialLink, *arguments: Any) -> bool:
         if threading.current_thread() is not threading.main_thread():
             return acknowledged(link, *arguments)  # what keeps the box alive is not interrupted
-        monkeypatch.setattr(SerialLink, "_acknowledged", acknowledged)
+        monkeypatch.setattr(SerialLink, "_await_answer", acknowledged)
         raise KeyboardInterrupt
 
     with opened(tmp_path, url, box) as sensor:
         sensor._source._acquisition.arm()  # the lights are set again
-        monkeypatch.setattr(SerialLink, "_acknowledged", interrupted)
+        monkeypatch.setattr(SerialLink, "_await_answer", interrupted)
         with pytest.raises(KeyboardInterrupt):
             sensor.read()
     assert box.levels[-1] == DARK

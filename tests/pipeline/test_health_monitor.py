@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.interfaces.camera import StreamStatistics
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.quantities import Frame
 

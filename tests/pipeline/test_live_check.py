@@ -20,10 +20,10 @@ from support.virtual_bench import (
 
 from tactile_core import open_sensor
 from tactile_core.acquisition.acquisition import Acquisition, average
-from tactile_core.builtin.replay import ReplayCamera
+from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.conditioning.conditioning import pattern_of, verify
 from tactile_core.errors import SequenceError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_check import LiveCheck
 from tactile_core.quantities import Frame
 

@@ -14,9 +14,8 @@ from support.sysfs import Sysfs
 
 from tactile_core.builtin.cameras.uvc_camera import UvcCamera
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError, InputError
-from tactile_core.pipeline.opening import open_sensor
+from tactile_core.pipeline.opening import PairedReadings, SensorGroup, open_sensor
 from tactile_core.pipeline.sensor import Sensor
-from tactile_core.pipeline.sensor_group import PairedReadings, SensorGroup
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame
 from tactile_core.testing.imports import Footprint
@@ -174,7 +173,7 @@ def test_if_one_finger_cannot_be_opened_none_stays_open(
             raise DeviceError("unplugged")
         return Opened(serial)
 
-    monkeypatch.setattr("tactile_core.pipeline.sensor_group.open_sensor", opening)
+    monkeypatch.setattr("tactile_core.pipeline.opening.open_sensor", opening)
     with pytest.raises(DeviceError, match=r"^sensor right: unplugged$"):
         SensorGroup.open("any", ("left", "right"), tolerance_s=0.02, timeout_s=2.0)
     assert closed == ["left"]

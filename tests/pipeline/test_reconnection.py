@@ -19,7 +19,7 @@ from support.mjpeg_server import MjpegServer
 from tactile_core import open_sensor
 from tactile_core.acquisition.free_running import Clock
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceAbsent, InputError, LightsLost
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_source import Reconnection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor

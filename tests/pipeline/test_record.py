@@ -358,7 +358,7 @@ def test_ctrl_c_before_the_first_image_says_that_nothing_was_recorded(
         signal.raise_signal(signal.SIGINT)
         yield 0.0
 
-    monkeypatch.setattr("tactile_core.pipeline.recording_session.keep_recording", interrupted)
+    monkeypatch.setattr("tactile_core.pipeline.conversion.keep_recording", interrupted)
     monkeypatch.setattr(RunningRecording, "add_image", lambda *_, **__: None)
     message = refused("record", live, "--out", tmp_path / "one.mcap")
     assert "ended before the first image" in message

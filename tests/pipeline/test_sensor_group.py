@@ -9,7 +9,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core import open_sensor
 from tactile_core.errors import InputError
-from tactile_core.pipeline.sensor_group import SensorGroup
+from tactile_core.pipeline.opening import SensorGroup
 
 
 class Clocked:

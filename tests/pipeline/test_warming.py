@@ -14,7 +14,7 @@ from support.mjpeg_server import Exchange, MjpegServer
 from tactile_core import ContactMask, Pipeline, open_sensor
 from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.formats.npz import arrays_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.made_up_frames import made_up_frames
 from tactile_core.profiles.loader import load_profile
 

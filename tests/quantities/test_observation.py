@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.markers import contrast_of
-from tactile_core.algorithms.slip.surface_view import SurfaceView
+from tactile_core.algorithms.slip.imprint import SurfaceView
 from tactile_core.quantities import Frame
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from tactile_core.quantities import Float32, Gradients, HeightMap, Quantity
 from tactile_core.quantities.array_form import form_fault
-from tactile_core.quantities.on_demand import grid_of, on_demand, on_grid, replace_values
+from tactile_core.quantities.quantity import grid_of, on_demand, on_grid, replace_values
 
 SHAPE = (7, 9)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Frame, RelativeLoad
 
 known = RelativeLoad(0.25, timestamp_s=0.5)

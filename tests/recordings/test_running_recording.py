@@ -22,7 +22,7 @@ from support.virtual_lab import VirtualLab
 from support.watching import until
 
 from tactile_core import open_sensor
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.recorder import (
     AppendedFile,

@@ -11,7 +11,7 @@ import pytest
 from support.readings import height, reading, saved
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import FieldSpec, Float32, Frame, Quantity
 from tactile_core.recordings.recorded_source import SavedInputs
 

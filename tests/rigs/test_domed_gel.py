@@ -18,7 +18,7 @@ from tactile_core.builtin.poisson import Poisson
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
 from tactile_core.interfaces.estimator import SensorContext
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame

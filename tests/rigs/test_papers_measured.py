@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, SlipState, load_profile
 from tactile_core.acquisition.acquisition import average
-from tactile_core.algorithms.displacement import decomposed
+from tactile_core.algorithms.displacement import decompose_field
 from tactile_core.evaluation.timing.unit import virtual_unit
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.sim import VirtualStage
 
@@ -314,7 +314,7 @@ def turned(rig: Rig) -> dict[float, Reading]:
 
 def _turn_deg(rig: Rig, reading: Reading, ring: Bool) -> float:
     field = reading[DisplacementField]
-    return decomposed(field.mm, ring, mm_per_px=rig.mm_per_px).rotation_deg
+    return decompose_field(field.mm, ring, mm_per_px=rig.mm_per_px).rotation_deg
 
 
 def test_a_rotation_of_0_6_degrees_is_homogeneous(rig: Rig, turned: dict[float, Reading]) -> None:

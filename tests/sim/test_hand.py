@@ -11,9 +11,8 @@ from support.virtual_lab import VirtualLab
 from tactile_core.errors import InputError
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.camera import HandCamera
+from tactile_core.sim.camera import HAND, Aim, Hand, HandCamera
 from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.hand import HAND, Aim, Hand
 
 
 @pytest.fixture

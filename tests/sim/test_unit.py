@@ -8,7 +8,7 @@ import pytest
 from tactile_core import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim import VirtualStage
-from tactile_core.sim.unit import UNIT, vary
+from tactile_core.sim.stage import UNIT, vary
 
 DESIGN = load_profile("hex_fingertip", sim=True)
 

@@ -16,7 +16,7 @@ from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.window import Window
+from tactile_core.sim.normal_contact import Window
 
 GEL = SoftGel(Elastomer(2.0, 0.145, 0.48))
 CAREFUL = Precision(normal=1e-5, friction=1e-4, sweeps=3)

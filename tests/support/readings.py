@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.profiles.loader import load_profile

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image
 from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 

@@ -12,7 +12,7 @@ from tactile_baxter_fingertip.hue_correction import CORRECTION, HueCorrection, t
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import (
     Smoothing,
     place,

@@ -14,11 +14,10 @@ from pydantic import BaseModel, Field
 from tactile_baxter_fingertip.hue_correction import HueCorrection, fit_correction
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibrator import Calibration, Calibrator, Press
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
 from tactile_core.interfaces.slope_models.samples import (
     ImageShape,
@@ -31,7 +30,7 @@ from tactile_core.interfaces.slope_models.samples import (
 )
 from tactile_core.interfaces.slope_models.slope_model import ForReference
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
-from tactile_core.quantities.on_demand import on_demand
+from tactile_core.quantities.quantity import on_demand
 
 CHANNELS = 3  # Hue needs three channels
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_grid import SlopeCells

@@ -78,7 +78,7 @@ def test_level_gel_in_a_cast_shadow_is_level(calibrated, shaded):
 
 def test_at_least_three_lights_are_used(calibrated):
     dark = np.full((6, 4), -0.9, np.float32)
-    assert calibrated.lit(dark).sum(axis=0).tolist() == [3, 3, 3, 3]
+    assert calibrated.find_lit(dark).sum(axis=0).tolist() == [3, 3, 3, 3]
 
 
 @pytest.mark.parametrize("lights", [3, 4, 5])
@@ -87,7 +87,7 @@ def test_fewer_lights_leave_fewer_out(lights):
     normal_xy = disc(0.3, 800, rng)
     response = responses(normal_xy)[:lights]
     model = fit_lit_lights(response, np.zeros((800, 2), np.float32), normal_xy, normal_xy)
-    assert model.lit(np.full((lights, 1), -0.9, np.float32)).sum() == 3
+    assert model.find_lit(np.full((lights, 1), -0.9, np.float32)).sum() == 3
 
 
 def test_a_light_that_is_always_dark_does_not_break_the_fit():

@@ -17,8 +17,7 @@ from pydantic import BaseModel, Field, PositiveInt
 
 from tactile_core.formats.npz import DESCRIPTION, arrays_of
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session, Sink
+from tactile_core.interfaces.sink import Reading, Session, Sink
 from tactile_core.quantities import Image
 from tactile_lerobot import metadata
 from tactile_lerobot.features import Feature

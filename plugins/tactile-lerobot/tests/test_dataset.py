@@ -16,8 +16,7 @@ import pytest
 from support.readings import SHAPE, contact, height, markers, slopes
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session
+from tactile_core.interfaces.sink import Reading, Session
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, HeightMap, Image, MarkerDetections, Quantity, SlipState
 from tactile_core.recordings.output_folder import OutputFolder

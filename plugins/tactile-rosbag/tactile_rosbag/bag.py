@@ -12,8 +12,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session, Sink
+from tactile_core.interfaces.sink import Reading, Session, Sink
 from tactile_core.quantities import Frame, HeightMap, Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_rosbag.messages import (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 
 
 class PRESS:

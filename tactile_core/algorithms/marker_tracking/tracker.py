@@ -8,7 +8,12 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.marker_tracking.growth import Scene, outrun_pitches
+from tactile_core.algorithms.marker_tracking.growth import (
+    Scene,
+    match_markers,
+    outrun_pitches,
+    steady,
+)
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import (
     GROWTH,
@@ -18,7 +23,6 @@ from tactile_core.algorithms.marker_tracking.pairing import (
     UNMATCHED,
     nearest,
 )
-from tactile_core.algorithms.marker_tracking.small_motion import match_markers, steady
 
 
 def best_explanation(

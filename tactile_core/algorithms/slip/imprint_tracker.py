@@ -13,8 +13,14 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
-from tactile_core.algorithms.slip.imprint import Imprint, Motion, Step, step_between
-from tactile_core.algorithms.slip.surface_view import VIEW, SurfaceView
+from tactile_core.algorithms.slip.imprint import (
+    VIEW,
+    Imprint,
+    Motion,
+    Step,
+    SurfaceView,
+    step_between,
+)
 
 
 class NOISE:

@@ -31,7 +31,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.labels import ForceTable, read_forces, read_weights
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibrator import Progress, Silent
-from tactile_core.interfaces.force_calibration import FittedForce, ForceModel, ForceSamples
+from tactile_core.interfaces.estimator import FittedForce, ForceModel, ForceSamples
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.profiles.loader import load_profile, profile_hash
@@ -64,7 +64,7 @@ def align_forces(sequences: Sequence[ForceSamples], names: Sequence[str]) -> Ali
     sequences : sequence of ForceSamples
     names : sequence of str
         Names of the features; see
-        :attr:`~tactile_core.interfaces.force_calibration.FittedForce.feature_names`.
+        :attr:`~tactile_core.interfaces.estimator.FittedForce.feature_names`.
     """
     forces = np.concatenate([one.forces for one in sequences])
     features = np.concatenate([one.features for one in sequences])

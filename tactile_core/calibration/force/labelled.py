@@ -20,7 +20,7 @@ from tactile_core.calibration.force.recorded_features import RecordedFeatures
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.json import printable
 from tactile_core.formats.labels import ForceTable
-from tactile_core.interfaces.force_calibration import COMPONENTS, ForceSamples
+from tactile_core.interfaces.estimator import COMPONENTS, ForceSamples
 
 
 class Labelled(NamedTuple):

@@ -25,8 +25,7 @@ from tactile_core.calibration.guided.background import (
 )
 from tactile_core.calibration.guided.coverage import Coverage, Target, score_of, still_helps
 from tactile_core.calibration.guided.examination import Bench, Verdict
-from tactile_core.calibration.guided.guidance import Guidance, State
-from tactile_core.calibration.guided.touch import TOUCH, Still, Touches
+from tactile_core.calibration.guided.touch import TOUCH, Guidance, State, Still, Touches
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import CalibrationError, InputError

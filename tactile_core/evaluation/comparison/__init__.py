@@ -7,11 +7,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.evaluation.comparison.accuracy import Accuracy
+from tactile_core.evaluation.comparison.accuracy import Accuracy, Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.report import Clock, interleave_readings, peak_of_stream_mib
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
 from tactile_core.evaluation.comparison.report import Scored as Scored
-from tactile_core.evaluation.comparison.truth import Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.formats.npz import arrays_of

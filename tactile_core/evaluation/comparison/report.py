@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.evaluation.comparison.truth import Arrays
+from tactile_core.evaluation.comparison.accuracy import Arrays
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.model import Profile

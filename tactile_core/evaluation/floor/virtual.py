@@ -16,7 +16,7 @@ from tactile_core.errors import InputError
 from tactile_core.evaluation.demo import calibrated_virtually
 from tactile_core.formats.labels import read_forces
 from tactile_core.interfaces.calibrator import Progress, Silent
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile

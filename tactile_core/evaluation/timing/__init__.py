@@ -9,13 +9,16 @@ import numpy as np
 
 from tactile_core.errors import TactileError
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.evaluation.timing.processes import WARM_UP_FRAMES, stream_unit
+from tactile_core.evaluation.timing.results import (
+    WARM_UP_FRAMES,
+    available_cores,
+    machine,
+    stream_unit,
+)
 from tactile_core.evaluation.timing.results import Bench as Bench
 from tactile_core.evaluation.timing.results import Benches as Benches
 from tactile_core.evaluation.timing.results import Cost as Cost
-from tactile_core.evaluation.timing.results import available_cores, machine
-from tactile_core.evaluation.timing.stream import Stream
-from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.profiles.model import Profile
 

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.colour_table import ColourTable
-from tactile_core.algorithms.levels import LEVELS
+from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.sampling import two_within
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.slope_grid import SlopeCells
-from tactile_core.interfaces.slope_errors import Calibration
+from tactile_core.interfaces.calibrator import Calibration
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
     blur_from,
@@ -28,7 +28,7 @@ from tactile_core.interfaces.slope_models.model_file import (
 )
 from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting, slope_field
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Quantity, Reference
-from tactile_core.quantities.on_demand import Grid, on_demand
+from tactile_core.quantities.quantity import Grid, on_demand
 
 R = TypeVar("R", bound=Quantity)
 T = TypeVar("T")

@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 from tactile_core.errors import InputError, TactileError, words_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sinks import Sinks

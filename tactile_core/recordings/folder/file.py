@@ -15,7 +15,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes
 from tactile_core.formats.headers import kind_of
 from tactile_core.formats.images import decode_image
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.recorder import (
     AppendedFile,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import DESCRIPTION, arrays_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image
 from tactile_core.quantities.quantity import Guard, pass_errors
 from tactile_core.recordings.hdf5.column_file import ColumnFile

@@ -15,7 +15,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
 from tactile_core.formats.images import decode_image
 from tactile_core.formats.npz import DESCRIPTION
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.hdf5.column_file import END, ColumnFile, import_h5py
 from tactile_core.recordings.hdf5.columns import (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import HeightMap, Image, Quantity
 from tactile_core.quantities.fields import Points, fields_of
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.formats.headers import kind_of
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.mcap.chunks import ChunkedFile
 from tactile_core.recordings.mcap.quantities import (

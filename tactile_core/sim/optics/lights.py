@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tactile_core.acquisition.assembly import exposures_of, lights_of
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.gel import LightBuild
 from tactile_core.interfaces.illumination import Illumination, Light
-from tactile_core.interfaces.optics import LightBuild
 
 
 class LIGHTS:

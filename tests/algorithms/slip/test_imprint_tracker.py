@@ -17,9 +17,9 @@ from scipy.spatial import KDTree
 from support.imprint_scenes import MARKER_PX, MARKERS, scene
 
 from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
+from tactile_core.algorithms.slip.imprint import SurfaceView
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.state import FUSION, degree_of, imprint_evidence
-from tactile_core.algorithms.slip.surface_view import SurfaceView
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
 from tactile_core.sim import VirtualStage

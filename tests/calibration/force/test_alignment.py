@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_core.calibration.force.fitting import align_forces
-from tactile_core.interfaces.force_calibration import ForceSamples
+from tactile_core.interfaces.estimator import ForceSamples
 from tactile_core.quantities import Wrench
 
 NAMES = ("shift_x", "shift_y", "moment")

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.errors import InputError
-from tactile_core.evaluation.comparison.accuracy import Accuracy, Angles
-from tactile_core.evaluation.comparison.truth import Arrays, common_names
+from tactile_core.evaluation.comparison.accuracy import Accuracy, Angles, Arrays, common_names
 
 SHAPE = (12, 16)
 ANYWHERE = Path("truth/ball.npz")

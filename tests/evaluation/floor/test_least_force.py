@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tactile_core.errors import InputError
 from tactile_core.evaluation.floor import floor_of, floor_table
 from tactile_core.evaluation.floor.virtual import estimates
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Frame, RelativeLoad, Wrench
 
 FORCES_N = np.round(np.arange(1, 41) * 0.01, 2)

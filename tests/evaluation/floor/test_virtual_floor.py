@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.evaluation.floor import virtual
-from tactile_core.interfaces.reading import Reading
+from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.loader import load_profile
 from tactile_core.sim.stage import VirtualStage
 

@@ -9,7 +9,7 @@ from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.timing import Benches, bench
-from tactile_core.evaluation.timing.stream import (
+from tactile_core.evaluation.timing.unit import (
     ACQUIRE,
     CHECK,
     LIGHTS,
@@ -17,8 +17,9 @@ from tactile_core.evaluation.timing.stream import (
     SLOPES,
     WHOLE,
     Stream,
+    VirtualUnit,
+    virtual_unit,
 )
-from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

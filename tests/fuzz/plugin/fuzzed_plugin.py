@@ -13,14 +13,13 @@ from typing import Any
 import numpy as np
 from pydantic import model_validator
 
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibrator import Calibration, Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.interfaces.hookspecs import hookimpl
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.quantities import Gradients, HeightMap, Image, Quantity
 
 

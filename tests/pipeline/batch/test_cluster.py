@@ -17,8 +17,7 @@ from support.many_recordings import many_recordings
 from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
-from tactile_core.pipeline.batch.batch import Batch
-from tactile_core.pipeline.batch.cluster import ClusterError, measured_in_one_thread
+from tactile_core.pipeline.batch.batch import Batch, ClusterError, measured_in_one_thread
 from tactile_core.pipeline.batch.recording_job import MeasuredRecording
 
 NAMES = ("lift_1", "lift_2", "lift_3")
@@ -100,7 +99,7 @@ def test_a_cluster_that_does_not_answer_is_one_sentence(
     lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
-    monkeypatch.setattr("tactile_core.pipeline.batch.cluster._PATIENCE_S", 0.2)
+    monkeypatch.setattr("tactile_core.pipeline.batch.batch._PATIENCE_S", 0.2)
     inputs = many_recordings(lab, tmp_path / "recordings", frames=1)
     with pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:1"):
         list(batch(lab, inputs, None).measure(cluster="tcp://127.0.0.1:1"))

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from support.virtual_rigs import QUIET, SHAPE, level, rig, slope
 
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.gel import LightBuild
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
-from tactile_core.interfaces.optics import LightBuild
 from tactile_core.sim.optics import Faults, RigOptics
 from tactile_core.sim.optics.lights import LedArray, led_arrays_of, light_field
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar
 
-from tactile_core.interfaces.reading import Reading
-from tactile_core.interfaces.sink import Session, Sink
+from tactile_core.interfaces.sink import Reading, Session, Sink
 from tactile_core.quantities import HeightMap
 
 

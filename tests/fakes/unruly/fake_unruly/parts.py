@@ -11,13 +11,12 @@ import numpy as np
 from pydantic import BaseModel, field_validator
 
 from fake_unruly.deeds import do
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibrator import Calibration, Calibrator, Press
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.interfaces.slope_errors import Calibration
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, Quantity, Reference
 
 SHAPE = 6, 8

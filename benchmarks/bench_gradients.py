@@ -8,7 +8,8 @@ import pytest
 
 from tactile_core.algorithms import slope_field
 from tactile_core.algorithms.photometric import Smoothing, planes_to_gradient
-from tactile_core.interfaces.calibrator import Calibration, Press
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.quantities import Frame, Reference

@@ -15,7 +15,7 @@ import numpy as np
 
 from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.evaluation.force_training.samples import sample_size
-from tactile_core.evaluation.force_training.training import force_scores
+from tactile_core.evaluation.force_training.scores import force_scores
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference

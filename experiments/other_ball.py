@@ -19,7 +19,7 @@ from experiments.virtual_presses import unit_of
 from experiments.virtual_unit import unit_overrides
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Measured
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients, HeightMap, Reference

@@ -16,7 +16,7 @@ from .errors import PluginError as PluginError
 from .errors import ProfileError as ProfileError
 from .errors import TactileError as TactileError
 from .interfaces.artefact import Artefact as Artefact
-from .interfaces.calibrator import Calibration as Calibration
+from .interfaces.calibration import Calibration as Calibration
 from .interfaces.calibrator import Calibrator as Calibrator
 from .interfaces.calibrator import Press as Press
 from .interfaces.camera import Camera as Camera

@@ -25,7 +25,8 @@ from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_l
 from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibrator import Calibration, SlopeErrors
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import registered_name, resolve
 from tactile_core.profiles.loader import profile_hash

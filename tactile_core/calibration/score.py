@@ -13,7 +13,8 @@ from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson.screened import height_std
 from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
-from tactile_core.interfaces.calibrator import Press, SlopeErrors
+from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.quantities import Bool, Float32
 
 

@@ -13,7 +13,7 @@ from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, without_markers
 from tactile_core.pipeline.frame_check import check_pixels

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference, ReferenceGradients
 from tactile_core.quantities.array_form import form_fault
 from tactile_core.quantities.quantity import grid_of, on_demand

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
 from tactile_core.testing.checks import Suite, check

@@ -10,7 +10,7 @@ import pytest
 
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import Manifest
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap, Reference

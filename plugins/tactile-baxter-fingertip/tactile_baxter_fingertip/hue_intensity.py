@@ -16,7 +16,8 @@ from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_deco
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibration, Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
 from tactile_core.interfaces.slope_models.samples import (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
-from tactile_core.interfaces.calibrator import Calibration, Compensation
+from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 

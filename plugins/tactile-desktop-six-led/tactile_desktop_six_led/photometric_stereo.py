@@ -15,7 +15,8 @@ from pydantic import BaseModel, Field
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.photometric import around_markers, fill_markers
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibration, Calibrator, Compensation, Press
+from tactile_core.interfaces.calibration import Calibration, Compensation
+from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.slope_models.model_file import (
     arrays_of,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import torch
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.evaluation.force_training.training import ForceScore
+from tactile_core.evaluation.force_training.scores import ForceScore
 from tactile_core.formats.files import write_atomically
 from tactile_core.formats.json import yaml_text
 from tactile_core.profiles.model import Profile

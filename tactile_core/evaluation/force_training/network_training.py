@@ -17,7 +17,7 @@ from tactile_core.evaluation.force_training.samples import (
     recorded_samples,
     sample_size,
 )
-from tactile_core.evaluation.force_training.training import (
+from tactile_core.evaluation.force_training.scores import (
     ForceScore,
     covered_share,
     fitted_std,

@@ -17,7 +17,7 @@ from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.sampling import two_within
 from tactile_core.algorithms.slope_field import SlopeField
 from tactile_core.algorithms.slope_grid import SlopeCells
-from tactile_core.interfaces.calibrator import Calibration
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
     blur_from,

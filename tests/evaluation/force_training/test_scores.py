@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.evaluation.force_training.training import (
+from tactile_core.evaluation.force_training.scores import (
     covered_share,
     fitted_std,
     force_score,

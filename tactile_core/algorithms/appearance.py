@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.half_sample import shorths
+from tactile_core.algorithms.arrays.regression import shorths
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.drift import DRIFT
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.half_sample import shorths
+from tactile_core.algorithms.arrays.regression import shorths
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array
 

@@ -1,4 +1,4 @@
-"""Robust regression, and quantiles."""
+"""Robust regression, quantiles, and the narrowest interval that holds a part of the values."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from functools import cache
 from itertools import combinations_with_replacement
 from math import comb
 from typing import Any, Self, TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
-
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import CalibrationError
+from tactile_core.algorithms.arrays.types import Array
+
 
 T = TypeVar("T", np.float32, np.float64)
 
@@ -217,3 +217,43 @@ def sigma_of(residuals: NDArray[Any]) -> float:
        American Statistical Association 69(346), 1974.
     """
     return SIGMA_PER_MEDIAN * quantile(np.abs(residuals), 0.5)
+
+
+def narrowest(ordered: Array, count: int) -> tuple[NDArray[np.intp], Array]:
+    """Find the narrowest interval that holds ``count`` values.
+
+    With half of the values it is the shortest half, whose mean is the shorth [1]_.
+
+    Parameters
+    ----------
+    ordered : (..., N)
+        Values, sorted along the last axis.
+    count : int
+        Number of values in the interval, at most N.
+
+    Returns
+    -------
+    first : (...) int
+        Index of the first value in the interval.
+    length : (...)
+        Length of the interval.
+
+    References
+    ----------
+    .. [1] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
+       University Press, 1972.
+    """
+    last = ordered.shape[-1] - count
+    lengths = ordered[..., count - 1 :] - ordered[..., : last + 1]
+    return lengths.argmin(axis=-1), lengths.min(axis=-1)
+
+
+def shorths(rows: Array) -> Array:
+    """Return the mean of the shortest interval that holds half of each row of (K, N), (K,)."""
+    ordered = np.sort(rows, axis=1)
+    half = ordered.shape[1] // 2
+    first, _ = narrowest(ordered, half + 1)
+    return np.array(
+        [row[i : i + half].sum() / half for row, i in zip(ordered, first.tolist(), strict=True)],
+        np.float32,
+    )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.half_sample import narrowest
+from tactile_core.algorithms.arrays.regression import narrowest
 
 
 @given(st.lists(st.integers(-50, 50), min_size=1, max_size=30), st.floats(0, 1))

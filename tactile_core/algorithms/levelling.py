@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.regression import narrowest
-from tactile_core.algorithms.arrays.regression import quantile, sigma_of
+from tactile_core.algorithms.arrays.regression import narrowest, quantile, sigma_of
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64, from_middle
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.rest_area import height_error

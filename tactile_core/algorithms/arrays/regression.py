@@ -8,12 +8,12 @@ from functools import cache
 from itertools import combinations_with_replacement
 from math import comb
 from typing import Any, Self, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
-from tactile_core.algorithms.arrays.types import Float32
-from tactile_core.errors import CalibrationError
-from tactile_core.algorithms.arrays.types import Array
 
+from tactile_core.algorithms.arrays.types import Array, Float32
+from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
 

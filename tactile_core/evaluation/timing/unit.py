@@ -25,8 +25,8 @@ from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.blame import measured_by
 from tactile_core.plugins.options import calibrator_of, fitted_by
+from tactile_core.plugins.returned import measured_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel_surface import GelSurface
@@ -77,7 +77,7 @@ class FineSurface(GelSurface):
 
     def __init__(self, profile: Profile) -> None:
         super().__init__(profile, "fast")
-        grid = Grid.covering(*self._extent, profile.image.mm_per_px)
+        grid = SurfaceGrid.covering(*self._extent, profile.image.mm_per_px)
         self._model = ContactModel(ElasticLayer(grid, self.gel.elastomer), self.gel, FINE)
         self._sampler = ImageSampler(grid, self.image_shape, self.mm_per_px)
         self.reset()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from experiments.press_sets import SETS, Presses
 from tactile_core import open_sensor
-from tactile_core.calibration.guided.examination import Bench, Examiner
+from tactile_core.calibration.guided.examination import Examiner, TouchBench
 from tactile_core.profiles.loader import load_profile
 
 
@@ -29,7 +29,7 @@ def examined(presses: Presses, folder: Path) -> None:
         sensor.read()
         reference = sensor.pipeline.reference
     assert reference is not None
-    examiner = Examiner(Bench.for_sensor(profile, reference, presses.ball_mm))
+    examiner = Examiner(TouchBench.for_sensor(profile, reference, presses.ball_mm))
     reasons: Counter[str] = Counter()
     paths = sorted(folder.glob(presses.pattern))
     for path in paths:

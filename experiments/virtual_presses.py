@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.gel import LightBuild
@@ -119,7 +119,7 @@ class Imprint:
     def of(cls, elastomer: Elastomer, ball_mm: float, depth_mm: float) -> Imprint:
         """Solve the contact of a ball of this radius on an elastic layer bonded to a plate."""
         side = 4 * ball_mm + 4 * min(elastomer.thickness_mm, ball_mm)
-        grid = Grid.covering(side, side, UNIT.spacing_balls * ball_mm)
+        grid = SurfaceGrid.covering(side, side, UNIT.spacing_balls * ball_mm)
         i, j = grid.ny // 2, grid.nx // 2
         square = (grid.x_mm - grid.x_mm[j]) ** 2 + (grid.y_mm - grid.y_mm[i])[:, None] ** 2
         overlap = depth_mm - ball_mm + np.sqrt(np.maximum(ball_mm**2 - square, 0))

@@ -10,7 +10,7 @@ from scipy.ndimage import map_coordinates
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 FINE_MM, STEP_MM, REACH_MM, EXTENT_MM = 0.25, 1.0, 9.0, 60.0
 POISSON_RATIO = 0.48
@@ -59,7 +59,7 @@ def load_moments(markers_mm: Float64, moved_mm: Float64, layer: Layer) -> Float6
 def _response(markers_mm: Float64, thickness_mm: float) -> tuple[Float64, Float64]:
     """(3 M, 3 N) displacement of each marker by a unit load on each node, and the (N, 2) nodes."""
     count = int(EXTENT_MM / FINE_MM)
-    grid = Grid(count, count, FINE_MM)
+    grid = SurfaceGrid(count, count, FINE_MM)
     elastic = ElasticLayer(grid, Elastomer(thickness_mm, 1.0, POISSON_RATIO), np.float64)
     x, y = grid.nodes_mm
     one = np.exp(-(x**2 + y**2) / 2 / (STEP_MM / 2) ** 2)

@@ -13,7 +13,7 @@ from tactile_core.algorithms.arrays.regression import scaling
 from tactile_core.algorithms.arrays.types import Array, Float32
 
 
-class TRAINING:
+class NETWORK_TRAINING:
     """Parameters of evaluation and training that no argument of :func:`train` sets.
 
     Nothing sets them from outside: they depend on the method or the processor, not on a sensor.
@@ -52,7 +52,7 @@ class Network:
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
-        block = TRAINING.block
+        block = NETWORK_TRAINING.block
         out = np.empty((len(features), self.layers[-1][1].shape[0]), np.float32)
         for start in range(0, len(features), block):
             # a sample per column: numpy adds a bias to a long row much faster than to short ones
@@ -92,7 +92,7 @@ class Committee:
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
-        block = TRAINING.block
+        block = NETWORK_TRAINING.block
         weight, bias = self._last
         out = np.empty((len(features), len(weight)), np.float32)
         for start in range(0, len(features), block):
@@ -161,7 +161,7 @@ def train(
     parameters = _Weights.draw_weights(sizes, rngs)
     adam = _Adam(parameters.flat.shape, np.float32(decay) * parameters.decaying)
     count = scaled.shape[1]
-    batch = min(count, max(TRAINING.smallest_batch, count // steps))
+    batch = min(count, max(NETWORK_TRAINING.smallest_batch, count // steps))
     batches = count // batch
     total = epochs * batches
     activations = [np.ones((len(rngs), size + 1, batch), np.float32) for size in sizes[:-1]]
@@ -178,7 +178,7 @@ def train(
         part = np.s_[:, :, (step % batches) * batch : (step % batches + 1) * batch]
         activations[0][:, :-1] = inputs[part]
         parameters.write_slope(activations, outputs[part])
-        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + TRAINING.least_rate_share
+        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + NETWORK_TRAINING.least_rate_share
         adam.update(parameters.flat, parameters.slope, rate * cosine)
     return [Network(mean, std, layers) for layers in parameters.layers()]
 
@@ -242,7 +242,7 @@ class _Weights:
         error = self.matrices[-1].transpose(0, 2, 1) @ activations[-1]
         error -= wanted
         size = np.sqrt(np.einsum("emn,emn->en", error, error))
-        size /= np.float32(TRAINING.huber_error)
+        size /= np.float32(NETWORK_TRAINING.huber_error)
         np.maximum(size, 1, out=size)
         size *= np.float32(error.shape[2])
         error /= size[:, None]
@@ -272,7 +272,7 @@ class _Adam:
 
     def update(self, parameters: Float32, slope: Float32, rate: float) -> None:
         self._steps += 1
-        beta_1, beta_2 = TRAINING.beta_1, TRAINING.beta_2
+        beta_1, beta_2 = NETWORK_TRAINING.beta_1, NETWORK_TRAINING.beta_2
         first_bias, second_bias = 1 - beta_1**self._steps, 1 - beta_2**self._steps
         size, scratch = self._size, self._scratch
         self._first *= np.float32(beta_1)
@@ -283,7 +283,7 @@ class _Adam:
         self._second += scratch
         np.sqrt(self._second, out=size)
         size *= np.float32(first_bias / np.sqrt(second_bias))
-        size += np.float32(first_bias * TRAINING.epsilon)
+        size += np.float32(first_bias * NETWORK_TRAINING.epsilon)
         step = np.divide(self._first, size, out=size)
         step += np.multiply(self._decay, parameters, out=scratch)
         step *= np.float32(rate)

@@ -39,7 +39,7 @@ class SPHERE:
     damping_factor = 10.0
 
 
-class Sphere(NamedTuple):
+class FittedSphere(NamedTuple):
     """A sphere that was fitted to heights.
 
     Attributes
@@ -54,7 +54,9 @@ class Sphere(NamedTuple):
     radius_px: float
 
 
-def fit_sphere(height_px: Float32, near: Bool, *, rest_px: Float32 | None = None) -> Sphere | None:
+def fit_sphere(
+    height_px: Float32, near: Bool, *, rest_px: Float32 | None = None
+) -> FittedSphere | None:
     """Fit a sphere to the highest part of a height map.
 
     The pixels are selected by their heights, so that the result depends on no circle that was found
@@ -95,7 +97,7 @@ def _largest_part(mask: Bool) -> Bool:
     return np.asarray(parts == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA]))
 
 
-def _fit_sphere(points: Float64) -> Sphere:
+def _fit_sphere(points: Float64) -> FittedSphere:
     """Return the sphere whose heights fit (N, 3) points best: Levenberg–Marquardt [1]_.
 
     References
@@ -124,7 +126,7 @@ def _fit_sphere(points: Float64) -> Sphere:
         if settled:
             break
     radius_px = float(1 / at[3]) if at[3] else float("inf")
-    return Sphere((float(middle[0] + at[0]), float(middle[1] + at[1])), radius_px)
+    return FittedSphere((float(middle[0] + at[0]), float(middle[1] + at[1])), radius_px)
 
 
 def _linearise_cost(

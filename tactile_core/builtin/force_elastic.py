@@ -12,7 +12,7 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.elasticity.layer_fit import LayerFit, load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
-from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Grid, Memory, TimeStep
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, SurfaceGrid, TimeStep
 from tactile_core.errors import InputError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -95,7 +95,7 @@ class ElasticForce(Estimator):
         self._size = _cells((image.width_px, image.height_px), per_cell_px)
         self._cell_mm = image.width_px * image.mm_per_px / self._size[0]
         width_mm, height_mm = (ELASTIC_FORCE.margin * count * self._cell_mm for count in self._size)
-        grid = Grid.covering(width_mm, height_mm, self._cell_mm)
+        grid = SurfaceGrid.covering(width_mm, height_mm, self._cell_mm)
         self._layer_fit = LayerFit(grid, nominal, self._tolerance)
         self._zero, self._last = np.zeros(4), np.zeros(4)
         self._memory: Memory | None = None

@@ -15,7 +15,11 @@ from tactile_core.algorithms.displacement import flow
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, pick_pixels, stride_of
-from tactile_core.algorithms.slip.sheared_contact import SHEARED_CONTACT, Load, ShearedContact
+from tactile_core.algorithms.slip.sheared_contact import (
+    SHEARED_CONTACT,
+    ContactLoad,
+    ShearedContact,
+)
 from tactile_core.algorithms.slip.stick_region import STICK_REGION, fills_view
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -69,8 +73,8 @@ class OpticalFlow(Estimator):
 
     def reset(self) -> None:
         """Forget the imprint; the displacement starts at 0 with the next frame."""
-        self._now: flow.Imprint | None = None
-        self._key: flow.Imprint | None = None
+        self._now: flow.TextureImprint | None = None
+        self._key: flow.TextureImprint | None = None
         self._key_px = self._since_px = np.zeros((0, 0, 2), np.float32)
 
     def tare(self, result: DisplacementField) -> DisplacementField:
@@ -95,7 +99,7 @@ class OpticalFlow(Estimator):
             frame.timestamp_s,
         )
 
-    def _motion_px(self, now: flow.Imprint, factor: float) -> Float32:
+    def _motion_px(self, now: flow.TextureImprint, factor: float) -> Float32:
         """Displacement since the imprint appeared, in pixels of the imprint."""
         key, self._now = self._key, now
         if key is None:
@@ -138,7 +142,7 @@ class _Observation(NamedTuple):
 
     field: Complex64
     mask: Bool
-    load: Load
+    load: ContactLoad
     blurred: bool
     wide: bool
     std_mm: float | None
@@ -229,7 +233,7 @@ class ShearOfContact(Estimator):
                 self._stride,
             ),
             chosen,
-            Load(contact.area, contact.depth),
+            ContactLoad(contact.area, contact.depth),
             contact.source == "image",
             wide,
             self._std_mm(displacement, chosen) if wide else None,

@@ -12,7 +12,7 @@ from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, pick_pixels, stride_of
-from tactile_core.algorithms.slip.sheared_contact import Load
+from tactile_core.algorithms.slip.sheared_contact import ContactLoad
 from tactile_core.algorithms.slip.stick_region import rim_share
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
@@ -37,7 +37,7 @@ from tactile_core.quantities import (
 from tactile_core.quantities.quantity import Grid, grid_of, on_demand
 
 
-class TOUCH:
+class SLIP_TOUCH:
     """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``."""
 
     # [mm] Median displacement above which an object without visible border fills the view.
@@ -62,7 +62,7 @@ class _Touch(NamedTuple):
     """A contact area on the coarse grid, its load, and what shows it."""
 
     mask: Bool
-    load: Load
+    load: ContactLoad
     source: ContactSource
 
 
@@ -77,7 +77,7 @@ class SlipContactFinder(Estimator):
         self._spacing_mm = self._stride * context.image.mm_per_px
         finder = None if context.gel.markers == "auto" else MarkerFinder.for_gel(context)
         marker_px = 0.0 if finder is None else finder.diameter_px
-        self._marker_radius = 0.5 * TOUCH.marker_radii * marker_px / self._stride
+        self._marker_radius = 0.5 * SLIP_TOUCH.marker_radii * marker_px / self._stride
         self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
@@ -130,7 +130,7 @@ class SlipContactFinder(Estimator):
         elif frame is not None and reference is not None and self._sheared is None:
             shape = blocks(image_shape, self._stride)
             found = self._in_image(frame, reference, markers, shape)
-            if found.mask.any() and rim_share(found.mask) < TOUCH.max_border_share:
+            if found.mask.any() and rim_share(found.mask) < SLIP_TOUCH.max_border_share:
                 return found
         moved_mm = np.abs(
             coarse_field(
@@ -147,7 +147,7 @@ class SlipContactFinder(Estimator):
             mask |= self._sheared
         self._sheared = mask if mask.any() else None
         source: ContactSource = "motion" if contact is None else "height"
-        return _Touch(mask, Load(float(np.count_nonzero(mask)), 0.0), source)
+        return _Touch(mask, ContactLoad(float(np.count_nonzero(mask)), 0.0), source)
 
     def _measure_touch(self, contact: ContactMask, height: HeightMap | None) -> _Touch:
         """The contact from slopes, else from its mask.
@@ -165,18 +165,18 @@ class SlipContactFinder(Estimator):
                 self._stride,
                 spacing_mm=self._spacing_mm,
             )
-            clear = slope > TOUCH.clear_slope
+            clear = slope > SLIP_TOUCH.clear_slope
             mask = None if clear else pick_pixels(contact.mask, self._stride)
             if mask is None or np.count_nonzero(mask):
                 self._slope = slope
-            if self._slope and slope >= TOUCH.slope_drop * self._slope:
-                within = contact_within_ring(steep, TOUCH.min_slope, slope)
+            if self._slope and slope >= SLIP_TOUCH.slope_drop * self._slope:
+                within = contact_within_ring(steep, SLIP_TOUCH.min_slope, slope)
                 if np.count_nonzero(within):
                     self._measured_once = True
-                    return _Touch(within, Load(0.0, math.sqrt(steep.sum())), "height")
+                    return _Touch(within, ContactLoad(0.0, math.sqrt(steep.sum())), "height")
         mask = pick_pixels(contact.mask, self._stride) if mask is None else mask
         self._measured_once |= bool(mask.any())
-        return _Touch(mask, Load(float(np.count_nonzero(contact.mask)), 0.0), "height")
+        return _Touch(mask, ContactLoad(float(np.count_nonzero(contact.mask)), 0.0), "height")
 
     def _in_image(
         self,
@@ -191,9 +191,11 @@ class SlipContactFinder(Estimator):
             self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
         change = light_change(now, self._undeformed[1], self._mask_markers(markers, shape))
-        least = max(TOUCH.min_change, TOUCH.change_noises * reference.noise / reference.full_scale)
+        least = max(
+            SLIP_TOUCH.min_change, SLIP_TOUCH.change_noises * reference.noise / reference.full_scale
+        )
         # shear changes the light of a contact by more than its volume
-        load = Load(0.0, math.sqrt(change.sum()))
+        load = ContactLoad(0.0, math.sqrt(change.sum()))
         mask = contact_within_ring(change, least)
         return _Touch(mask, load, "image")
 
@@ -209,4 +211,4 @@ class SlipContactFinder(Estimator):
 
 def _fills_view(moved_mm: Float32) -> bool:
     """Whether an object larger than the view, which has no visible border, shears the surface."""
-    return quantile(moved_mm.ravel(), 0.5) > TOUCH.sheared_mm
+    return quantile(moved_mm.ravel(), 0.5) > SLIP_TOUCH.sheared_mm

@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.circles import (
     Circle,
-    Light,
+    LightModel,
     PressImage,
     Start,
     find_circles,
@@ -135,12 +135,12 @@ def press_image(frame: Frame, reference: Reference) -> PressImage:
     )
 
 
-def light_of(presses: Sequence[FoundPress]) -> Light:
+def light_of(presses: Sequence[FoundPress]) -> LightModel:
     """Fit the forward light model of some presses."""
     return fit_light(_starts(presses), [press.circle for press in presses])
 
 
-def relocate_press(press: FoundPress, light: Light) -> FoundPress:
+def relocate_press(press: FoundPress, light: LightModel) -> FoundPress:
     """Locate the circle of a held-out press with a light model of other presses."""
     (start,) = _starts([press])
     return replace(press, circle=locate(start, light))

@@ -147,7 +147,7 @@ def _round_value(value: float | None) -> float | None:
     return None if value is None else round(value, 4)
 
 
-class FIT:
+class ERROR_FIT:
     """Parameters of the fit. Nothing sets them from outside."""
 
     # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
@@ -259,7 +259,7 @@ def _correlation_mm(surfaces: list[HeldOutSurface], slopes: Float32, std: Float3
             error_mm = (height_mm - surface.truth.heights_mm)[~undeformed]
             contact.append(np.abs(error_mm - np.median(error_mm)) / expected_mm[~undeformed])
     ratios = np.concatenate(far)
-    if len(ratios) < FIT.min_undeformed and contact:
+    if len(ratios) < ERROR_FIT.min_undeformed and contact:
         ratios = np.concatenate(contact)
     if not len(ratios):
         return assumed_mm

@@ -40,7 +40,7 @@ UNSEEN_READABLE = 0.5  # Share of the reference's readable cells that a frame mu
 
 
 @dataclass(frozen=True)
-class LightChange:
+class LightField:
     """What of a frame's change no tilt of the surface explains.
 
     Attributes
@@ -117,7 +117,7 @@ class GelCheck:
         ratio = frame.light_ratio if self.compensated else None
         return ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain
 
-    def change_of(self, frame: Frame) -> LightChange | None:
+    def change_of(self, frame: Frame) -> LightField | None:
         """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""
         change, both = self._appearance.change(*self._cells(frame))
         if self._beyond is None or np.count_nonzero(both) < FEWEST_CELLS:
@@ -137,7 +137,7 @@ class GelCheck:
             said.append(f"unevenness {share:.0%} of what is taken for this gel")
         return ", ".join(said)
 
-    def light_change(self, change: Array, both: Bool) -> LightChange:
+    def light_change(self, change: Array, both: Bool) -> LightField:
         """Fit smooth fields to what no tilt explains of a change."""
         left = self._beyond @ change[:, both]
 
@@ -150,7 +150,7 @@ class GelCheck:
         plane, linear = fit(1)
         smooth, cubic = fit(3)
         slope = plane[:, 1:]
-        return LightChange(
+        return LightField(
             slope,
             ramp_size(self.beyond_drift(slope)),
             _rms(smooth @ self._polynomials[3]),
@@ -159,7 +159,7 @@ class GelCheck:
             cubic,
         )
 
-    def _of_light(self, found: LightChange) -> Cause | None:
+    def _of_light(self, found: LightField) -> Cause | None:
         ramp, field, least = self._limits
         changed = found.ramp > ramp or found.field > field
         explained = min(EXPLAINED * (1 - found.level), EXPLAINED_CELLS)

@@ -136,7 +136,7 @@ _JPEG_END = b"\xff\xd9"  # Last bytes of a JPEG
 
 
 @dataclass(frozen=True)
-class Part:
+class MjpegPart:
     """One part of a stream.
 
     Attributes
@@ -169,15 +169,15 @@ class MjpegParser:
         self._headers: dict[str, str] | None = None
         self._inside = False
 
-    def feed(self, data: bytes) -> list[Part]:
+    def feed(self, data: bytes) -> list[MjpegPart]:
         """Add received bytes; return the parts that they complete."""
         self._buffer += data
-        parts: list[Part] = []
+        parts: list[MjpegPart] = []
         while self._advance(parts):
             pass
         return parts
 
-    def _advance(self, parts: list[Part]) -> bool:
+    def _advance(self, parts: list[MjpegPart]) -> bool:
         """Go to the next boundary, over a header or over an image; False if bytes are missing."""
         if not self._inside:
             return self._seek()
@@ -211,7 +211,7 @@ class MjpegParser:
         self._buffer = self._buffer[end.end() :]
         return True
 
-    def _read_body(self, headers: dict[str, str], parts: list[Part]) -> bool:
+    def _read_body(self, headers: dict[str, str], parts: list[MjpegPart]) -> bool:
         boundary = self._buffer.find(self._delimiter)
         length = _length(headers)
         if length is not None and len(self._buffer) >= length and not 0 <= boundary < length:
@@ -225,7 +225,7 @@ class MjpegParser:
         else:
             return False
         body, self._buffer, self._inside = self._buffer[:end], self._buffer[end:], False
-        parts.append(Part(headers, body if end == length else body.rstrip(b"\r\n-")))
+        parts.append(MjpegPart(headers, body if end == length else body.rstrip(b"\r\n-")))
         return True
 
 

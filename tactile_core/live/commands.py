@@ -113,7 +113,7 @@ class Tare(Command):
     do: Literal["tare"]
 
 
-class Record(Command):
+class RecordCommand(Command):
     """Begin or end a recording."""
 
     do: Literal["record"]
@@ -143,7 +143,7 @@ class Play(Command):
     step: bool = False
 
 
-class Move(Command):
+class MoveCommand(Command):
     """Move the object on a virtual sensor."""
 
     do: Literal["move"]
@@ -154,7 +154,7 @@ class Move(Command):
     pressed: bool
 
 
-class Take(Command):
+class TakeCommand(Command):
     """Take another object in the hand."""
 
     do: Literal["take"]
@@ -182,12 +182,12 @@ AnyCommand = (
     | Want
     | TakeReference
     | Tare
-    | Record
+    | RecordCommand
     | Snapshot
     | Compare
     | Play
-    | Move
-    | Take
+    | MoveCommand
+    | TakeCommand
     | Calibrate
     | Finish
 )

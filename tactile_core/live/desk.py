@@ -16,11 +16,11 @@ from tactile_core.live.commands import (
     Calibrate,
     Compare,
     Finish,
-    Move,
+    MoveCommand,
     Play,
-    Record,
+    RecordCommand,
     Snapshot,
-    Take,
+    TakeCommand,
     TakeReference,
     Tare,
 )
@@ -29,7 +29,7 @@ from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.shown_state import new_path, save_snapshot
 from tactile_core.live.state import (
     TRUTH,
-    Alternative,
+    AlternativeSteps,
     Choice,
     alternative_pipeline,
     choices_for,
@@ -149,11 +149,11 @@ class Desk:
         """
         live = self.live
         match command:
-            case Move():
+            case MoveCommand():
                 values = command.model_dump(exclude={"id", "do"})
                 self._hand().aim(Aim(**values))
                 return ""
-            case Take():
+            case TakeCommand():
                 if command.kind not in _OBJECTS:
                     raise InputError(f"there is no object {command.kind!r}; choose from the list")
                 self._hand().take(command.kind, _OBJECTS[command.kind](command.size_mm))
@@ -194,7 +194,7 @@ class Desk:
                 return self._snapshot()
             case Compare():
                 return self._compare(command.choice)
-            case Record():
+            case RecordCommand():
                 return self._record(on=command.on)
             case Calibrate():
                 if not command.on:
@@ -224,7 +224,7 @@ class Desk:
             return "Shown beside the truth" if key else "The comparison has ended"
         choice = find_choice(self.choices, key)
         pipeline = alternative_pipeline(self.live.sensor, choice)
-        self.live.compare(Alternative(choice, pipeline))
+        self.live.compare(AlternativeSteps(choice, pipeline))
         self.choice = key
         return f"Compared with {choice.title}"
 

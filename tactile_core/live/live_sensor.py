@@ -18,9 +18,9 @@ from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import PAGE
 from tactile_core.live.numbers import entries_of
-from tactile_core.live.opening import Playback
+from tactile_core.live.opening import ShownPlayback
 from tactile_core.live.pictures import Newest
-from tactile_core.live.state import Alternative, LiveState, Sample
+from tactile_core.live.state import AlternativeSteps, LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.camera import Hand, HandCamera
@@ -52,11 +52,11 @@ class LiveSensor:
     def __init__(self, sensor: Sensor, out: Path) -> None:
         self.sensor, self.out = sensor, out
         self.newest: Newest[LiveState] = Newest()
-        self.alternative: Alternative | None = None
+        self.alternative: AlternativeSteps | None = None
         camera = sensor.camera
         self._virtual = camera if isinstance(camera, HandCamera) else None
         paced = not sensor.is_live and self._virtual is None
-        self.playback = Playback() if paced else None
+        self.playback = ShownPlayback() if paced else None
         self.failure = ""
         self.guide: Callable[[Frame], Guidance | None] | None = None
         self.guidance: Guidance | None = None
@@ -107,14 +107,14 @@ class LiveSensor:
             with suppress(RuntimeError):  # the other thread has added one meanwhile
                 return [one for one in self._samples if after < one.number <= last]
 
-    def compare(self, alternative: Alternative | None) -> None:
+    def compare(self, alternative: AlternativeSteps | None) -> None:
         """Measure every frame that there is time for a second time, in another way."""
         former, self.alternative = self.alternative, alternative
         if former is not None:
             former.close()
 
     def play(self, **how: Any) -> None:
-        """Change how a recording is played; as :meth:`Playback.play`.
+        """Change how a recording is played; as :meth:`ShownPlayback.play`.
 
         Raises
         ------

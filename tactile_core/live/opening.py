@@ -154,7 +154,7 @@ class PlaybackState:
         return dict(vars(self))
 
 
-class Playback:
+class ShownPlayback:
     """Decides when the next observation of a recording is due.
 
     Only the thread that measures uses it.

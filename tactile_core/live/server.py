@@ -20,7 +20,7 @@ from tactile_core.errors import InputError, LibraryMissing
 from tactile_core.live.commands import PAGE
 from tactile_core.live.desk import Desk
 from tactile_core.live.guiding import Gate, names_of
-from tactile_core.live.session import Session
+from tactile_core.live.session import PageSession
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -268,7 +268,7 @@ class LivePage:
         self._watching += 1
         try:
             with suppress(ConnectionClosed):
-                await Session(desk, self.desks.index(desk), connection).run()
+                await PageSession(desk, self.desks.index(desk), connection).run()
         finally:
             self._watching -= 1
             for one in self.desks if not self._watching else ():

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import TactileError, words_of
-from tactile_core.live.commands import AnyCommand, Move, Shown, Want, read_command
+from tactile_core.live.commands import AnyCommand, MoveCommand, Shown, Want, read_command
 from tactile_core.live.desk import Desk
 from tactile_core.live.shown_state import View, encoded_state
-from tactile_core.live.state import TRUTH, Comparison, LiveState, true_quantities
+from tactile_core.live.state import TRUTH, LiveState, ShownComparison, true_quantities
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _WAITING = 8  # Commands of one page that may wait for each other
 
 
-class Session:
+class PageSession:
     """Sends the newest state whenever the page has shown the one before, and obeys its commands.
 
     Parameters
@@ -64,7 +64,7 @@ class Session:
         elif isinstance(command, Want):
             self._view = View(tuple(command.maps), command.channel)
             self._period_s = 1 / command.pictures_per_s
-        elif isinstance(command, Move):
+        elif isinstance(command, MoveCommand):
             await self._do(command)
         else:
             try:
@@ -86,7 +86,7 @@ class Session:
         except Exception as error:
             await self._say({"id": command.id, "refused": words_of(error)})
         else:
-            if not isinstance(command, Move):
+            if not isinstance(command, MoveCommand):
                 await self._say_status()
             await self._say({"id": command.id, "done": done})
 
@@ -109,9 +109,9 @@ class Session:
         samples = self._desk.live.samples_between(sent, state.number)
         return encoded_state(state, self._view, samples, self._comparison(state))
 
-    def _comparison(self, state: LiveState) -> Comparison | None:
+    def _comparison(self, state: LiveState) -> ShownComparison | None:
         if self._desk.choice == TRUTH and state.truth is not None:
-            return Comparison(state, "the truth", true_quantities(state.truth))
+            return ShownComparison(state, "the truth", true_quantities(state.truth))
         alternative = self._desk.live.alternative
         return None if alternative is None else alternative.result
 

@@ -27,7 +27,7 @@ from tactile_core.live.pictures import (
     picture,
     titles,
 )
-from tactile_core.live.state import Comparison, LiveState, Sample
+from tactile_core.live.state import LiveState, Sample, ShownComparison
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Frame
@@ -55,7 +55,7 @@ def encoded_state(
     state: LiveState,
     view: View,
     samples: Sequence[Sample],
-    comparison: Comparison | None,
+    comparison: ShownComparison | None,
 ) -> bytes:
     """Return the message for a state.
 
@@ -65,7 +65,7 @@ def encoded_state(
     view : View
     samples : sequence of Sample
         Numbers that the page does not have yet.
-    comparison : Comparison or None
+    comparison : ShownComparison or None
         A frame that was measured in two ways.
     """
     parts, reading, frame = Parts(), state.reading, state.frame
@@ -109,7 +109,7 @@ def _pack_samples(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
     return {"keys": keys, "rows": parts.array(rows)}
 
 
-def _versus(comparison: Comparison, wanted: Sequence[str], parts: Parts) -> dict[str, Any]:
+def _versus(comparison: ShownComparison, wanted: Sequence[str], parts: Parts) -> dict[str, Any]:
     """Describe the two ways to measure the same frame, with their difference."""
     state = comparison.state
     quantities = comparison.quantities

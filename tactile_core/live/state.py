@@ -119,7 +119,7 @@ class Choice:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class ShownComparison:
     """One frame, measured in two ways.
 
     Attributes
@@ -191,7 +191,7 @@ def swap_estimator(profile: Profile, step: str, use: str) -> Profile:
     return profile.model_copy(update={"estimators": {**profile.estimators, step: component}})
 
 
-class Alternative:
+class AlternativeSteps:
     """Measures in a thread of its own; frames that come meanwhile are left out.
 
     Parameters
@@ -202,7 +202,7 @@ class Alternative:
 
     def __init__(self, choice: Choice, pipeline: Pipeline) -> None:
         self.choice, self._pipeline = choice, pipeline
-        self.result: Comparison | None = None
+        self.result: ShownComparison | None = None
         self._offered: LiveState | None = None
         self._there = threading.Condition()
         self._ends = False
@@ -231,15 +231,15 @@ class Alternative:
                 return
             self.result = self._compare_state(state)
 
-    def _compare_state(self, state: LiveState) -> Comparison:
+    def _compare_state(self, state: LiveState) -> ShownComparison:
         try:
             reading = self._pipeline.process(state.frame, *state.reading.inputs.values())
         except TactileError as error:
-            return Comparison(state, self.choice.title, failure=str(error))
+            return ShownComparison(state, self.choice.title, failure=str(error))
         except Exception as error:
-            return Comparison(state, self.choice.title, failure=words_of(error))
+            return ShownComparison(state, self.choice.title, failure=words_of(error))
         quantities = tuple(reading.quantities.values())
-        return Comparison(state, self.choice.title, quantities, reading.latency_ms)
+        return ShownComparison(state, self.choice.title, quantities, reading.latency_ms)
 
 
 def find_choice(choices: Iterable[Choice], key: str) -> Choice:

@@ -21,7 +21,7 @@ from tactile_core.recordings.mcap.records import (
     DAMAGED,
     MESSAGE,
     MESSAGE_HEADER,
-    Record,
+    McapRecord,
 )
 from tactile_core.recordings.mcap.writer import McapWriter
 from tactile_core.recordings.output_folder import safe_stem
@@ -108,7 +108,7 @@ def _copy(file: McapFile, fresh: Path) -> int:
     return count
 
 
-def _copy_record(record: Record, file: McapFile, writer: McapWriter) -> bool:
+def _copy_record(record: McapRecord, file: McapFile, writer: McapWriter) -> bool:
     """Copy a record; return whether it is a message."""
     if record.kind == DAMAGED:
         writer.write_event(RESUMED, {})

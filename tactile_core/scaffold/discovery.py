@@ -34,8 +34,8 @@ from tactile_core.quantities import Pixels
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.markers import (
-    Finding,
     FoundMarkers,
+    PictureFinding,
     find_lights,
     find_markers,
     markers_finding,
@@ -205,7 +205,7 @@ def new_profile(
     )
 
 
-def _any_camera(parent: Profile) -> list[Finding]:
+def _any_camera(parent: Profile) -> list[PictureFinding]:
     """Return the finding that the parent's camera is not this one; none if it names no device."""
     if parent.camera is None:
         return []
@@ -215,7 +215,7 @@ def _any_camera(parent: Profile) -> list[Finding]:
         f"Not {parent.name}'s camera, but the one that is connected. With several, choose yours by "
         f"{', '.join(chosen)}: 'tactile devices' lists them."
     )
-    return [Finding("camera", comment, dict.fromkeys(named))] if named else []
+    return [PictureFinding("camera", comment, dict.fromkeys(named))] if named else []
 
 
 def _own_files(parent: str | Path, extends: str) -> tuple[Path, ...]:
@@ -281,7 +281,7 @@ def _ask_scale(ask: Ask, markers: FoundMarkers | None) -> ScaleMethod | None:
     return ScaleMethod.parse(answer if markers is None else f"markers:{answer}")
 
 
-def _overlaid(parent: str | Path, findings: list[Finding]) -> Profile:
+def _overlaid(parent: str | Path, findings: list[PictureFinding]) -> Profile:
     """Return the parent profile with the findings applied."""
     overlay: dict[str, dict[str, Any]] = {}
     for finding in findings:

@@ -24,7 +24,7 @@ from tactile_core.quantities import Pixels, Reference
 
 
 @dataclass(frozen=True)
-class Finding:
+class PictureFinding:
     """Keys of one section of a profile, and the origin of their values.
 
     Attributes
@@ -88,7 +88,7 @@ def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
 
 def markers_finding(
     markers: FoundMarkers | None, parent: Profile, mm_per_px: float, name: str
-) -> Finding | None:
+) -> PictureFinding | None:
     """Return the finding for the profile; None if neither gel has markers."""
     if markers is not None:
         pitch_mm, diameter_mm = markers.pitch_px * mm_per_px, markers.diameter_px * mm_per_px
@@ -99,7 +99,7 @@ def markers_finding(
                 f" DOUBTFUL: about {markers.expected} would fill the image. Increase the diameter "
                 f"until 'tactile run' reports most of them, or give a sharper image."
             )
-        return Finding(
+        return PictureFinding(
             "gel",
             f"Pitch and diameter of the printed markers: {markers.pitch_px:.1f} and "
             f"{markers.diameter_px:.1f} px in {name}, with which {markers.count} are found.{doubt}",
@@ -113,7 +113,7 @@ def markers_finding(
         )
     if parent.gel.markers is None:
         return None
-    return Finding(
+    return PictureFinding(
         "gel",
         f"{name} shows no lattice of markers, although {parent.name}'s gel has one. If this gel "
         f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents "
@@ -123,7 +123,7 @@ def markers_finding(
     )
 
 
-class CONTACT:
+class PICTURE_CONTACT:
     """Parameters of the check of the scale. Nothing sets them from outside: it only warns."""
 
     # [ball radii] A larger median contact radius indicates that the scale is too large. Source:
@@ -141,7 +141,7 @@ def find_lights(
     ball_diameter_mm: float | None = None,
     target: Path | None = None,
     progress: Progress | None = None,
-) -> list[Finding]:
+) -> list[PictureFinding]:
     """Estimate the azimuths of the lights from presses and compare them with the parent's.
 
     Parameters
@@ -177,25 +177,27 @@ def find_lights(
     basis = f"{len(good)} of {len(ground_truth.surfaces)} presses of {sizes}"
     findings = [_azimuths(profile, learned, parent, basis)]
     median_share = np.median([press.radius_px / press.ball_radius_px for press in good])
-    if target is None and median_share > CONTACT.widest_contact:
+    if target is None and median_share > PICTURE_CONTACT.widest_contact:
         text = (
             f"At this scale the contact would be as wide as {sizes}, so mm_per_px is likely too "
             f"large."
         )
-        findings.append(Finding("image", text, noted=True))
+        findings.append(PictureFinding("image", text, noted=True))
     return findings
 
 
-def unmeasured_lights(parent: str, error: CalibrationError) -> Finding:
+def unmeasured_lights(parent: str, error: CalibrationError) -> PictureFinding:
     """Return the finding for presses of which none can be used."""
     text = (
         f"NOT MEASURED: {error}. The directions of the lights are {parent}'s until 'tactile "
         f"calibrate' learns them."
     )
-    return Finding("illumination", text, noted=True)
+    return PictureFinding("illumination", text, noted=True)
 
 
-def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis: str) -> Finding:
+def _azimuths(
+    profile: Profile, learned: Mapping[str, float], parent: str, basis: str
+) -> PictureFinding:
     lights = lights_of(make_lights(profile))
     found = "the light comes from " + ", ".join(
         f"{round(a)}° ({name})" for name, a in learned.items()
@@ -205,12 +207,12 @@ def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis
             f"According to {basis}, {found}. {parent} does not list its lights by channel, so "
             f"nothing is written; the calibration learns the directions anyway."
         )
-        return Finding("illumination", text)
+        return PictureFinding("illumination", text)
     expected = np.array([light.azimuth_deg for light in lights])
     measured = np.array([learned[light.name] for light in lights])
     if _match(measured, expected):
         text = f"According to {basis}, {found}, which agrees with {parent}."
-        return Finding("illumination", text)
+        return PictureFinding("illumination", text)
     text = f"According to {basis}, {found}; 0° is right, 90° down."
     if len(lights) == 3 and _match(measured[::-1], expected):
         text += (
@@ -225,10 +227,10 @@ def _azimuths(profile: Profile, learned: Mapping[str, float], parent: str, basis
             text += f" {parent} has other directions in another order."
     parents = profile.illumination.options.get("lights")
     if parents is None:
-        return Finding("illumination", text)
+        return PictureFinding("illumination", text)
     text += f" Presses do not show elevations: these are {parent}'s, not measured."
     written = [{**light, "azimuth_deg": round(learned[light["name"]])} for light in parents]
-    return Finding("illumination", text, {"lights": written})
+    return PictureFinding("illumination", text, {"lights": written})
 
 
 def _match(measured_deg: np.ndarray, expected_deg: np.ndarray) -> bool:

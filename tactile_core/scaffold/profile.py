@@ -15,7 +15,7 @@ from tactile_core.formats.folders import make_folder
 from tactile_core.formats.json import printable
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
-from tactile_core.scaffold.markers import Finding
+from tactile_core.scaffold.markers import PictureFinding
 
 
 def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
@@ -105,7 +105,7 @@ class NewProfile:
 
 
 def render_profile(
-    name: str, extends: str, parent: Profile, source: str, findings: Sequence[Finding]
+    name: str, extends: str, parent: Profile, source: str, findings: Sequence[PictureFinding]
 ) -> str:
     """Return the text of a profile: the differences from the parent, with comments on their origin.
 
@@ -115,7 +115,7 @@ def render_profile(
     parent : Profile
     source : str
         The image's name.
-    findings : sequence of Finding
+    findings : sequence of PictureFinding
     """
     lines = [
         *_comment(f"{name}: made by 'tactile new' from {parent.name} and {source}."),
@@ -154,7 +154,7 @@ def _unseen(parent: Profile) -> dict[str, dict[str, Any]]:
 
 
 def _section(
-    name: str, findings: Iterable[Finding], unseen: Mapping[str, Any], parent: str
+    name: str, findings: Iterable[PictureFinding], unseen: Mapping[str, Any], parent: str
 ) -> list[str]:
     """Return the lines of one section: findings, then inherited keys as comments."""
     inside: list[str] = []

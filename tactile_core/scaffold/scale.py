@@ -19,7 +19,7 @@ from tactile_core.formats.target import read_target
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
-from tactile_core.scaffold.markers import Finding, FoundMarkers
+from tactile_core.scaffold.markers import FoundMarkers, PictureFinding
 
 Point = tuple[float, float]
 
@@ -291,12 +291,12 @@ def agree_on_scale(scales: list[Scale]) -> Scale | None:
     return scales[0] if scales else None
 
 
-def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Finding:
+def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> PictureFinding:
     """Return the finding for the profile; without a scale it assumes the parent's field of view."""
     if scale is not None:
         comment = f"Millimetres per pixel on the gel, from {scale.source}."
         values = {"mm_per_px": round_scale(scale.mm_per_px)}
-        return Finding("image", comment, values, noted=scale.measured)
+        return PictureFinding("image", comment, values, noted=scale.measured)
     view_mm = parent.image.mm_per_px * parent.image.width_px
     guess = round_scale(view_mm / width_px)
     comment = (
@@ -304,7 +304,7 @@ def scale_finding(scale: Scale | None, parent: Profile, width_px: int) -> Findin
         f"{parent.name}'s. All heights and areas depend on it: measure it by something of known "
         f"size on the gel: --scale grid:2, calliper:10, balls:6 or markers:1.5."
     )
-    return Finding("image", comment, {"mm_per_px": guess}, noted=True)
+    return PictureFinding("image", comment, {"mm_per_px": guess}, noted=True)
 
 
 def round_scale(mm_per_px: float) -> float:

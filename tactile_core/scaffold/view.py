@@ -15,11 +15,11 @@ from tactile_core.formats.scan import Crop
 from tactile_core.interfaces.image import FEWEST_PX, ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
-from tactile_core.scaffold.markers import Finding
+from tactile_core.scaffold.markers import PictureFinding
 from tactile_core.scaffold.scale import ScaleMethod
 
 
-class VIEW:
+class PICTURE_VIEW:
     """Parameters of finding the view. Nothing sets them: options give crop and corners instead."""
 
     # [ratio] Width of the narrow end of the lit area over that of the wide end. Below it, the
@@ -45,7 +45,7 @@ _DEPTHS = (10, 12, 14, 16)  # Usual bit depths of cameras that send 16-bit image
 
 def find_view(
     pixels: Pixels, parent: Profile, name: str, crop: Crop | None, scale: ScaleMethod | None
-) -> list[Finding]:
+) -> list[PictureFinding]:
     """Find size, crop, perspective and bit depth of the image.
 
     Parameters
@@ -78,7 +78,9 @@ def find_view(
     return [*_upright(pixels, parent, name, crop), *depth]
 
 
-def section_of(parent: Profile, findings: list[Finding], mm_per_px: float = 1.0) -> ImageSection:
+def section_of(
+    parent: Profile, findings: list[PictureFinding], mm_per_px: float = 1.0
+) -> ImageSection:
     """Return the parent's ``image`` section with the findings applied."""
     values = parent.image.model_dump()
     for finding in findings:
@@ -87,7 +89,7 @@ def section_of(parent: Profile, findings: list[Finding], mm_per_px: float = 1.0)
     return ImageSection.model_validate({**values, "mm_per_px": mm_per_px})
 
 
-def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
+def _depth(pixels: Pixels, parent: Profile, name: str) -> list[PictureFinding]:
     kind, image = ImageKind.from_pixels(pixels), parent.image
     if image.color == "rgb" and kind.channels == 1:
         raise InputError(
@@ -107,14 +109,14 @@ def _depth(pixels: Pixels, parent: Profile, name: str) -> list[Finding]:
         brightest = int(pixels.max())
         depth = next(bits for bits in _DEPTHS if brightest < 2**bits)
         why = f"The brightest pixel of {name} has {brightest}, which needs {depth} bits."
-    return [] if depth == image.bit_depth else [Finding("image", why, {"bit_depth": depth})]
+    return [] if depth == image.bit_depth else [PictureFinding("image", why, {"bit_depth": depth})]
 
 
 def _is_grey(pixels: Pixels) -> bool:
     return bool((np.ptp(pixels, axis=2) == 0).all())
 
 
-def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod) -> Finding:
+def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod) -> PictureFinding:
     """Return the perspective warp of a rectangle of known size."""
     width_mm, height_mm = rectangle.size_mm
     xy = np.asarray(rectangle.points_px)
@@ -126,7 +128,7 @@ def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod
     long_px = max(sides[0], sides[2], (sides[1] + sides[3]) / 2 * width_mm / height_mm)
     width = round(long_px / _shrink(long_px, parent.image.width_px))
     height = round(width * height_mm / width_mm)
-    if min(width, height) < VIEW.least_side_px:
+    if min(width, height) < PICTURE_VIEW.least_side_px:
         raise InputError(
             f"the rectangle of --scale is {width} × {height} px; give a larger one, with its "
             f"corners in the order top left, top right, bottom right, bottom left"
@@ -141,7 +143,7 @@ def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod
             "target": [[0, 0], [width, 0], [width, height], [0, height]],
         },
     }
-    return Finding(
+    return PictureFinding(
         "image",
         f"The rectangle of {width_mm:g} × {height_mm:g} mm fills the image; the gel outside it is "
         f"not measured. 'source' holds its four corners in the camera's pixels (the crop's, if "
@@ -150,7 +152,9 @@ def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod
     )
 
 
-def _upright(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> list[Finding]:
+def _upright(
+    pixels: Pixels, parent: Profile, name: str, recorded: Crop | None
+) -> list[PictureFinding]:
     image, findings = parent.image, []
     camera: Size = (pixels.shape[1], pixels.shape[0])
     changed = [
@@ -159,13 +163,13 @@ def _upright(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) 
     if changed:
         kept = ", ".join(changed)
         text = f"{kept}: inherited from {parent.name}; check it for this camera and its mounting."
-        findings.append(Finding("image", text, noted=True))
+        findings.append(PictureFinding("image", text, noted=True))
     if image.warp is not None and _contains(camera, image.warp.source):
         text = (
             f"Size, crop and warp are inherited from {parent.name}; for another camera position, "
             f"give a rectangle on the gel (--scale rectangle:24x32@…)."
         )
-        return [*findings, Finding("image", text, noted=True)]
+        return [*findings, PictureFinding("image", text, noted=True)]
     dropped = _reset(parent, ("warp",))
     crop = _crop(pixels, parent, name, recorded)
     size: Size = camera if crop.values.get("crop") is None else crop.values["crop"][2:]
@@ -182,37 +186,37 @@ def _contains(camera: Size, points: Any) -> bool:
     return all(0 <= x <= camera[0] and 0 <= y <= camera[1] for x, y in points)
 
 
-def _crop(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> Finding:
+def _crop(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> PictureFinding:
     inherited = parent.image.crop
     if recorded is not None:
-        return Finding("image", "The crop of the scan.", {"crop": list(recorded)})
+        return PictureFinding("image", "The crop of the scan.", {"crop": list(recorded)})
     if inherited is not None and _holds(pixels, inherited):
         text = f"The crop is inherited from {parent.name}; check it for this camera."
-        return Finding("image", text, noted=True)
+        return PictureFinding("image", text, noted=True)
     lit = lit_area(pixels)
     if lit is not None:
         text = (
             f"[x, y, width, height] of the lit gel in {name}; its surroundings are darker than a "
             f"fifth of it. 'crop: null' measures the entire image."
         )
-        tilted = lit.taper < VIEW.least_taper
+        tilted = lit.taper < PICTURE_VIEW.least_taper
         if tilted:
             text += (
                 " The gel is wider at one end, so the camera is tilted: give the four corners of a "
                 "rectangle of known size (--scale rectangle:24x32@…) to rectify the image."
             )
-        return Finding("image", text, {"crop": list(lit.box)}, noted=tilted)
+        return PictureFinding("image", text, {"crop": list(lit.box)}, noted=tilted)
     if inherited is not None:
         text = f"The entire image: {parent.name}'s crop reaches beyond it."
-        return Finding("image", text, {"crop": None})
-    return Finding("image", "")
+        return PictureFinding("image", text, {"crop": None})
+    return PictureFinding("image", "")
 
 
 def _holds(pixels: Pixels, crop: Crop) -> bool:
     return bool(crop[0] + crop[2] <= pixels.shape[1] and crop[1] + crop[3] <= pixels.shape[0])
 
 
-def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> Finding:
+def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) -> PictureFinding:
     factor = _shrink(camera[0], parent.image.width_px)
     size = tuple(max(1, round(side / factor)) for side in camera)
     text = f"Size of the measured image: {camera[0]} × {camera[1]} px of {name}."
@@ -225,12 +229,12 @@ def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) 
     values: dict[str, Any] = dict(dropped)
     if size != (parent.image.width_px, parent.image.height_px):
         values |= {"width_px": size[0], "height_px": size[1]}
-    return Finding("image", text if values else "", values)
+    return PictureFinding("image", text if values else "", values)
 
 
 def _shrink(width_px: float, parents_px: int) -> int:
     """Return the factor of downscaling to about the parent's width: 2 from a ratio of 1.75 on."""
-    return max(1, int(width_px / parents_px + VIEW.shrink_margin))
+    return max(1, int(width_px / parents_px + PICTURE_VIEW.shrink_margin))
 
 
 def _reset(parent: Profile, keys: tuple[str, ...]) -> dict[str, Any]:

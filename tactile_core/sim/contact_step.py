@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.response import Response
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid, TimeStep
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid, TimeStep
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.gel import SoftGel
@@ -117,7 +117,7 @@ class ContactModel:
         """Return the layer on a grid of ``factor`` times as many nodes along each side."""
         if self._finer is None or self._finer[0] != factor:
             grid = self.layer.grid
-            fine = Grid(factor * grid.nx, factor * grid.ny, grid.spacing_mm / factor)
+            fine = SurfaceGrid(factor * grid.nx, factor * grid.ny, grid.spacing_mm / factor)
             self._finer = factor, ElasticLayer(fine, self.layer.elastomer, self.layer.dtype)
         return self._finer[1]
 

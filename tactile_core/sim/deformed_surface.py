@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.contact_state import SurfaceState
 from tactile_core.sim.contact_step import ContactModel
-from tactile_core.sim.gel import Imprint
+from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.indenters import Indenter
 from tactile_core.sim.resampling import ImageSampler
 from tactile_core.sim.truth import TrueState
@@ -43,7 +43,7 @@ class DeformedSurface:
         return self._state
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> SurfaceGrid:
         """Grid of nodes."""
         return self._model.layer.grid
 
@@ -117,10 +117,10 @@ class DeformedSurface:
         )
 
     @property
-    def _imprint(self) -> Imprint | None:
+    def _imprint(self) -> BallImprint | None:
         """The object's own surface; None without contact, or if the object is deformed too."""
         if not self._on or self._indenter is None or not self._state.contact.any():
             return None
         if self._indenter.elastomer is not None:
             return None
-        return Imprint(self._indenter, self._model.gel, self.grid, self._state, self.mm_per_px)
+        return BallImprint(self._indenter, self._model.gel, self.grid, self._state, self.mm_per_px)

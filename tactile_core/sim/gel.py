@@ -13,7 +13,7 @@ from tactile_core.algorithms.elasticity import (
     THICKNESS_MM,
     Elastomer,
 )
-from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import Branch, SurfaceGrid
 from tactile_core.algorithms.sphere import cap
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
@@ -23,7 +23,7 @@ from tactile_core.sim.indenters.solids import Indenter
 NO_GEL_MM = -1e3  # Level of the rest surface outside the gel: nothing reaches it
 
 
-class GEL:
+class SOFT_GEL:
     """Parameters of the gel model that no profile key sets, apart from the friction coefficient."""
 
     # [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted
@@ -67,7 +67,7 @@ class SoftGel:
 
     elastomer: Elastomer
     branches: tuple[Branch, ...] = ()
-    friction: float = GEL.friction
+    friction: float = SOFT_GEL.friction
     friction_speed_mm_s: float | None = None
     radius_mm: float | None = None
     size_mm: tuple[float, float] | None = None
@@ -84,7 +84,7 @@ class SoftGel:
                 gel.poisson_ratio or POISSON_RATIO,
             ),
             tuple(Branch(part.modulus_share, part.time_s) for part in gel.prony or ()),
-            GEL.friction if gel.friction is None else gel.friction,
+            SOFT_GEL.friction if gel.friction is None else gel.friction,
             gel.friction_speed_mm_s,
             gel.radius_mm,
             gel.size_mm,
@@ -110,9 +110,9 @@ class SoftGel:
         """
         thickness = self.elastomer.thickness_mm
         if self.size_mm is None:
-            margin = 2 * GEL.margin_thicknesses * thickness
+            margin = 2 * SOFT_GEL.margin_thicknesses * thickness
             return view_mm[0] + margin, view_mm[1] + margin
-        gap = GEL.gap_thicknesses * thickness
+        gap = SOFT_GEL.gap_thicknesses * thickness
         return max(view_mm[0], self.size_mm[0] + gap), max(view_mm[1], self.size_mm[1] + gap)
 
     @property
@@ -135,14 +135,14 @@ class SoftGel:
                 for along, side in zip((x_mm, y_mm), self.size_mm, strict=True)
             )
             if self.crown_mm:
-                power = GEL.crown_exponent / 2
+                power = SOFT_GEL.crown_exponent / 2
                 rest -= self.crown_mm * (u**power + v**power)
             beyond = np.maximum(u, v) > 1
             if beyond.any():
                 rest[beyond] = NO_GEL_MM
         return rest
 
-    def rest_on(self, grid: Grid) -> Array:
+    def rest_on(self, grid: SurfaceGrid) -> Array:
         """(ny, nx) undeformed surface at the nodes of a grid."""
         return self.rest_mm(*grid.nodes_mm)
 
@@ -152,14 +152,14 @@ _REACH_SPACINGS = 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class Imprint:
+class BallImprint:
     """Object in contact with a gel surface, seen at the pixels of the image.
 
     Attributes
     ----------
     indenter : Indenter
     gel : SoftGel
-    grid : Grid
+    grid : SurfaceGrid
     state : SurfaceState
         With a contact.
     mm_per_px : float
@@ -167,7 +167,7 @@ class Imprint:
 
     indenter: Indenter
     gel: SoftGel
-    grid: Grid
+    grid: SurfaceGrid
     state: SurfaceState
     mm_per_px: float
 

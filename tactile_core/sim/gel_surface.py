@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
@@ -321,7 +321,7 @@ class GelSurface(DeformedSurface):
             self.time_s += duration
 
     def _build(self, spacing_mm: float) -> None:
-        grid = Grid.covering(*self._extent, spacing_mm)
+        grid = SurfaceGrid.covering(*self._extent, spacing_mm)
         layer = ElasticLayer(grid, self.gel.elastomer)
         self._model = ContactModel(layer, self.gel, MODES[self.mode].precision)
         self._sampler = ImageSampler(grid, self.image_shape, self.mm_per_px)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.contact_state import Move
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel
@@ -65,7 +65,7 @@ def accurate_spacing(
     finest = min(max(extent_mm) / REFINEMENT.max_nodes_across, widest_mm)
     spacing = widest_mm
     while True:
-        grid = Grid.covering(*extent_mm, spacing)
+        grid = SurfaceGrid.covering(*extent_mm, spacing)
         model = ContactModel(ElasticLayer(grid, gel.elastomer), frictionless, precision)
         above = model.place_object(model.undeformed_state(), indenter, move.pose)
         contact = model.step(above, indenter, move).contact

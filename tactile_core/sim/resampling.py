@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.normal_contact import Window
 from tactile_core.sim.refinement import BandedMatrix
 
@@ -49,7 +49,7 @@ class ImageSampler:
 
     Parameters
     ----------
-    grid : Grid
+    grid : SurfaceGrid
     shape : (height, width) in px
     mm_per_px : float
 
@@ -60,7 +60,7 @@ class ImageSampler:
         displacements do not wrap around.
     """
 
-    def __init__(self, grid: Grid, shape: tuple[int, int], mm_per_px: float) -> None:
+    def __init__(self, grid: SurfaceGrid, shape: tuple[int, int], mm_per_px: float) -> None:
         self.grid, self.shape, self.mm_per_px = grid, shape, mm_per_px
         y, x = (mm_per_px * np.arange(1 - n, n, 2) / 2 for n in shape)
         rows, columns = _find_needed_nodes(grid.y_mm, y), _find_needed_nodes(grid.x_mm, x)

@@ -16,7 +16,7 @@ from tactile_core.interfaces.gel import Gel, Markers, Optics
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
-from tactile_core.sim.gel import GEL
+from tactile_core.sim.gel import SOFT_GEL
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
@@ -315,7 +315,7 @@ def _gel(gel: Gel, draw: _Draw) -> Gel:
     if gel.shear_modulus_mpa is not None:
         new["shear_modulus_mpa"] = gel.shear_modulus_mpa * draw.factor(UNIT.modulus)
     slippery = draw.factor(UNIT.friction)
-    new["friction"] = slippery * (GEL.friction if gel.friction is None else gel.friction)
+    new["friction"] = slippery * (SOFT_GEL.friction if gel.friction is None else gel.friction)
     if gel.kinetic_friction is not None:
         new["kinetic_friction"] = slippery * gel.kinetic_friction
     if isinstance(gel.markers, Markers):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
 from tactile_core.sim.contact_step import STEP, ContactModel
-from tactile_core.sim.gel import Imprint
+from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
 
@@ -62,7 +62,7 @@ class FineContact:
         return np.asarray(share > 0.5)
 
 
-def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
+def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | None:
     """Solve the contact of the current state between the nodes.
 
     The displacement that is not due to pressure, such as that of friction and of earlier contacts,
@@ -71,7 +71,7 @@ def fine_contact(model: ContactModel, imprint: Imprint) -> FineContact | None:
     Parameters
     ----------
     model : ContactModel
-    imprint : Imprint
+    imprint : BallImprint
 
     Returns
     -------
@@ -148,7 +148,7 @@ class TrueState:
     _state: SurfaceState = field(repr=False)
     _sampler: ImageSampler = field(repr=False)
     _model: ContactModel = field(repr=False)
-    _imprint: Imprint | None = field(repr=False)
+    _imprint: BallImprint | None = field(repr=False)
 
     @cached_property
     def height_mm(self) -> Float32:

@@ -167,13 +167,13 @@ def test_the_field_is_supported_near_seen_markers_only() -> None:
 
 def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
     """A disc moves by 0.3 mm between markers whose pitch is its diameter."""
-    from tactile_core.algorithms.displacement.contact_shear import ContactShear
+    from tactile_core.algorithms.displacement.contact_shear import ElasticShear
     from tactile_core.algorithms.displacement.kriging import CoarseGrid
     from tactile_core.algorithms.elasticity import Elastomer
 
     contact = np.hypot(X - 76, Y - 63) < 16
     grid = CoarseGrid(SHAPE, SHAPE)
-    shear = ContactShear(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
+    shear = ElasticShear(grid, mm_per_px=SCALE_MM, elastomer=Elastomer(2.0, 1.0, 0.48))
     fields = shear.fields(contact.astype(np.float32))
     assert fields is not None
     along_x = fields.total(np.array([1.0, 0.0, 0.0, 0.0])).transpose(1, 2, 0)

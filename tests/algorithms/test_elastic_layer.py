@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.response import WaveProducts
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 GEL = Elastomer(2.0, 0.145, 0.48)
 RATIOS = (0.0, 0.3, 0.48, 0.4999, 0.5)
@@ -18,7 +18,7 @@ RATIOS = (0.0, 0.3, 0.48, 0.4999, 0.5)
 
 @pytest.fixture(scope="module")
 def layer() -> ElasticLayer:
-    return ElasticLayer(Grid(48, 40, 0.3), GEL, np.float64)
+    return ElasticLayer(SurfaceGrid(48, 40, 0.3), GEL, np.float64)
 
 
 @pytest.mark.parametrize("nu", RATIOS)

@@ -21,7 +21,7 @@ NOTHING = np.zeros((*SHAPE, 2), np.float32)
 INSIDE = np.hypot(X - 160, Y - 120) < 40
 
 
-def seen(texture: NDArray[np.float64], light: float = 1.0, seed: int = 0) -> flow.Imprint:
+def seen(texture: NDArray[np.float64], light: float = 1.0, seed: int = 0) -> flow.TextureImprint:
     """An imprint on a uniform gel with noise and illumination drift."""
     noise = np.random.default_rng(seed).normal(0, 1.0, GEL.shape)
     pixels = np.clip(light * (GEL + texture[..., None]) + noise, 0, 255).astype(np.uint8)

@@ -10,10 +10,10 @@ from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.layer_fit import LAYER_FIT, FittedLayer, LayerFit
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 CELL_MM, SHAPE = 0.44, (30, 40)
-GRID = Grid(64, 48, CELL_MM)
+GRID = SurfaceGrid(64, 48, CELL_MM)
 X, Y = np.meshgrid(from_middle(SHAPE[1]) * CELL_MM, from_middle(SHAPE[0]) * CELL_MM)
 CONTACT = np.hypot(X - 1, Y + 0.5) < 2.5
 EVERYWHERE = np.ones(SHAPE, np.bool_)

@@ -10,7 +10,7 @@ from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.layer_fit import LOAD_ERRORS, FittedLayer, load_variance
 from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares, surface_loads
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 CELL_MM, SHAPE = 0.44, (30, 40)
 GEL = Elastomer(2.0, 0.145, 0.48)
@@ -25,7 +25,7 @@ def fitted(
     turn: float = 0.0,
 ) -> tuple[FittedLayer, Deformation]:
     """A disc that is pressed and turned, and its loads."""
-    layer = ElasticLayer(Grid(80, 60, CELL_MM), GEL, np.float64)
+    layer = ElasticLayer(SurfaceGrid(80, 60, CELL_MM), GEL, np.float64)
     x, y = X - middle_mm[0], Y - middle_mm[1]
     contact = np.hypot(x, y) < 2.0
     traction = turn * np.stack([-y, x]) * contact

@@ -15,7 +15,7 @@ from tactile_core.algorithms.elasticity.surface_loads import (
     pressure_mpa,
     surface_loads,
 )
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 CELL_MM, SHAPE = 0.22, (60, 80)
 GEL = Elastomer(2.0, 0.145, 0.48)
@@ -27,7 +27,7 @@ NOTHING = np.zeros(SHAPE)
 
 @pytest.fixture(scope="module")
 def layer() -> ElasticLayer:
-    return ElasticLayer(Grid(135, 100, CELL_MM), GEL, np.float64)
+    return ElasticLayer(SurfaceGrid(135, 100, CELL_MM), GEL, np.float64)
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,9 @@ def test_a_border_that_runs_through_cells_takes_no_force(
 ) -> None:
     finer, cell_mm = 4, 0.44
     fine_mm, (rows, columns) = cell_mm / finer, (30, 40)
-    fine = ElasticLayer(Grid(columns * finer * 2, rows * finer * 2, fine_mm), GEL, np.float64)
+    fine = ElasticLayer(
+        SurfaceGrid(columns * finer * 2, rows * finer * 2, fine_mm), GEL, np.float64
+    )
     x = from_middle(columns * finer) * fine_mm - middle_mm[0]
     y = from_middle(rows * finer) * fine_mm - middle_mm[1]
     square = 1 - (x**2 + y[:, None] ** 2) / radius_mm**2
@@ -81,7 +83,7 @@ def test_a_border_that_runs_through_cells_takes_no_force(
     def averaged(plane: np.ndarray) -> np.ndarray:
         return plane.reshape(rows, finer, columns, finer).mean((1, 3))
 
-    coarse = ElasticLayer(Grid(2 * columns, 2 * rows, cell_mm), GEL, np.float64)
+    coarse = ElasticLayer(SurfaceGrid(2 * columns, 2 * rows, cell_mm), GEL, np.float64)
     height, share = averaged(fine.indentation(acting)), averaged(1.0 * (square > 0))
     found = pressure_mpa(coarse, height, share).sum() * cell_mm**2
     assert found == pytest.approx(acting.sum() * fine_mm**2, rel=0.025)

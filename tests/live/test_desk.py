@@ -21,11 +21,11 @@ from tactile_core.live.commands import (
     Calibrate,
     Compare,
     Finish,
-    Move,
+    MoveCommand,
     Play,
-    Record,
+    RecordCommand,
     Snapshot,
-    Take,
+    TakeCommand,
     TakeReference,
 )
 from tactile_core.live.desk import Desk
@@ -143,7 +143,7 @@ def test_a_recording_that_has_ended_gives_no_reference(desk: Desk) -> None:
 
 def test_only_a_virtual_sensor_has_an_object_to_move(desk: Desk) -> None:
     with pytest.raises(InputError, match="no virtual sensor"):
-        done(desk, Move(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.1, pressed=True))
+        done(desk, MoveCommand(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.1, pressed=True))
 
 
 def test_a_camera_that_is_lost_is_looked_for(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -181,8 +181,8 @@ def virtual(lab: VirtualLab, tmp_path: Path) -> Any:
 
 def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: Desk) -> None:
     live = virtual.live
-    done(virtual, Take(do="take", kind="sphere", size_mm=5.0))
-    done(virtual, Move(do="move", x_mm=2, y_mm=-1, angle_deg=0, depth_mm=0.4, pressed=True))
+    done(virtual, TakeCommand(do="take", kind="sphere", size_mm=5.0))
+    done(virtual, MoveCommand(do="move", x_mm=2, y_mm=-1, angle_deg=0, depth_mm=0.4, pressed=True))
 
     def pressed() -> Any:
         state = live.newest.value
@@ -201,13 +201,13 @@ def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: 
     assert truth[ContactMask].mask.any()
     done(virtual, Compare(do="compare", choice="truth"))
     assert virtual.choice == "truth"
-    done(virtual, Move(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.4, pressed=False))
+    done(virtual, MoveCommand(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.4, pressed=False))
     until(lambda: live.newest.value and live.newest.value.truth.wrench[2] == 0)
 
 
 def test_an_object_that_does_not_exist_is_refused(virtual: Desk) -> None:
     with pytest.raises(InputError, match="no object 'mesh'"):
-        done(virtual, Take(do="take", kind="mesh", size_mm=5.0))
+        done(virtual, TakeCommand(do="take", kind="mesh", size_mm=5.0))
 
 
 def test_what_is_given_once_holds_for_all_sensors() -> None:
@@ -284,10 +284,10 @@ def test_what_a_page_began_is_carried_out_and_shown_if_it_leaves(
 
     asyncio.run(leave(Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0), 1))
     until(lambda: virtual.status()["calibration"] == "pressing")
-    asyncio.run(leave(Record(do="record", on=True), 2))
+    asyncio.run(leave(RecordCommand(do="record", on=True), 2))
     until(lambda: virtual.status()["recording"])
     assert "ended" in done(virtual, Calibrate(do="calibrate", on=False))
-    assert "Recorded" in done(virtual, Record(do="record", on=False))
+    assert "Recorded" in done(virtual, RecordCommand(do="record", on=False))
     assert all(recording.is_closed for recording in begun)
 
 
@@ -304,10 +304,10 @@ def test_two_pages_begin_one_calibration_and_one_recording(
     calibrate = Calibrate(do="calibrate", on=True, ball_diameter_mm=4.0)
     (second,) = [one for one in asyncio.run(both(calibrate)) if isinstance(one, InputError)]
     assert "under way" in str(second)
-    asyncio.run(both(Record(do="record", on=True)))
+    asyncio.run(both(RecordCommand(do="record", on=True)))
     assert len(begun) == 2
     done(virtual, Calibrate(do="calibrate", on=False))
-    done(virtual, Record(do="record", on=False))
+    done(virtual, RecordCommand(do="record", on=False))
     assert all(recording.is_closed for recording in begun)
 
 
@@ -361,7 +361,10 @@ def test_nobody_waits_for_a_camera_that_is_lost(
         unplugged.setattr(desk.live.sensor, "acquire", lost)
         unplugged.setattr(desk.live.sensor, "open", lost)
         until(lambda: desk.live.failure)
-        for command in (Record(do="record", on=True), TakeReference(do="reference", frames=1)):
+        for command in (
+            RecordCommand(do="record", on=True),
+            TakeReference(do="reference", frames=1),
+        ):
             with pytest.raises(DeviceError, match="unplugged"):
                 done(desk, command)
     assert desk.status()["recording"] is None
@@ -404,9 +407,9 @@ def test_a_sensor_measures_with_another_bundle(lab: VirtualLab) -> None:
 
 def test_what_the_camera_sends_is_recorded_until_the_end(desk: Desk) -> None:
     pytest.importorskip("mcap", reason="the extra 'record' is not installed")
-    said = done(desk, Record(do="record", on=True))
+    said = done(desk, RecordCommand(do="record", on=True))
     until(lambda: (desk.status()["recording"] or {}).get("images", 0) > 2)
-    assert "Recorded" in done(desk, Record(do="record", on=False))
+    assert "Recorded" in done(desk, RecordCommand(do="record", on=False))
     assert desk.status()["recording"] is None
     path = Path(said.removeprefix("Recording to "))
     with open_sensor(desk.live.sensor.profile, input=path) as replayed:

@@ -7,7 +7,7 @@ import pytest
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.friction import Grip, solve_friction
 from tactile_core.sim.normal_contact import solve_normal
 
@@ -18,7 +18,9 @@ class BallOnHalfSpace:
     """A ball pressed with 0.06 N, before it moves along x."""
 
     def __init__(self, nu: float) -> None:
-        self.layer = ElasticLayer(Grid(240, 240, 0.02), Elastomer(np.inf, 0.145, nu), np.float64)
+        self.layer = ElasticLayer(
+            SurfaceGrid(240, 240, 0.02), Elastomer(np.inf, 0.145, nu), np.float64
+        )
         x, y = self.layer.grid.nodes_mm
         self.pressure = solve_normal(
             self.layer.indentation,
@@ -89,7 +91,7 @@ def test_rate_dependent_friction_reduces_fast_slip(ball: BallOnHalfSpace) -> Non
 
 
 def test_zero_friction_shears_nothing() -> None:
-    layer = ElasticLayer(Grid(32, 32, 0.2), Elastomer(2.0, 0.145, 0.48))
+    layer = ElasticLayer(SurfaceGrid(32, 32, 0.2), Elastomer(2.0, 0.145, 0.48))
     wanted = np.full((2, 32, 32), 0.3, np.float32)
     grip = solve_friction(
         layer, wanted, np.zeros((32, 32), np.float32), Grip.none((32, 32), np.float32)

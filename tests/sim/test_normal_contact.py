@@ -7,7 +7,7 @@ import pytest
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.normal_contact import NormalContact, solve_normal
 
 THICKNESS_MM, MODULUS_MPA, NU = 2.0, 0.145, 0.48
@@ -32,7 +32,7 @@ def dimitriadis_n(radius_mm: float, depth_mm: float, nu: float = NU) -> float:
 
 
 def _layer(spacing_mm: float, thickness_mm: float = THICKNESS_MM, nu: float = NU) -> ElasticLayer:
-    grid = Grid.covering(12.0, 12.0, spacing_mm)
+    grid = SurfaceGrid.covering(12.0, 12.0, spacing_mm)
     return ElasticLayer(grid, Elastomer(thickness_mm, MODULUS_MPA, nu), np.float64)
 
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim import resampling
 from tactile_core.sim.resampling import ImageSampler
 
-GRID = Grid(96, 64, 0.2)
+GRID = SurfaceGrid(96, 64, 0.2)
 
 
 @pytest.mark.skipif(not resampling._READS_BETWEEN, reason="this OpenCV rounds positions")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.contact_state import Move, Pose, SurfaceState
 from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel
@@ -31,7 +31,7 @@ CAREFUL = Precision(normal=1e-5, friction=1e-4, sweeps=3)
 def test_the_response_of_a_window_equals_that_of_the_whole_layer(
     part: tuple[int, int], whole: tuple[int, int], seed: int
 ) -> None:
-    layer = ElasticLayer(Grid(whole[1], whole[0], 0.2), GEL.elastomer, np.float64)
+    layer = ElasticLayer(SurfaceGrid(whole[1], whole[0], 0.2), GEL.elastomer, np.float64)
     loads = np.random.default_rng(seed).standard_normal((3, *part))
     everywhere = np.zeros((3, *whole))
     window = Window(slice(1, 1 + part[0]), slice(1, 1 + part[1]))
@@ -47,7 +47,7 @@ def test_the_response_of_a_window_equals_that_of_the_whole_layer(
 
 def moved(kind: str, options: dict[str, Any], load: dict[str, float]) -> SurfaceState:
     """Press an object near the border of a grid, and shear it."""
-    grid = Grid(100, 90, 0.2)
+    grid = SurfaceGrid(100, 90, 0.2)
     model = ContactModel(ElasticLayer(grid, GEL.elastomer, np.float64), GEL, CAREFUL)
     indenter, place = make_indenter(kind, **options), Pose(4.0, -3.0)
     state = model.place_object(model.undeformed_state(), indenter, place)

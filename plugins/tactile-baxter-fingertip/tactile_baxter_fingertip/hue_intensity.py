@@ -36,7 +36,7 @@ from tactile_core.quantities.quantity import on_demand
 CHANNELS = 3  # Hue needs three channels
 
 
-class SAMPLES:
+class HUE_SAMPLES:
     """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit."""
 
     fewest = 500  # [count] Sloped pixels that a fit needs at least
@@ -172,8 +172,8 @@ class HueIntensityCalibrator(Calibrator):
                     f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
                     f"the size of the input"
                 )
-        features, normal_xy = draw_samples(presses, light.features, most=SAMPLES.most)
-        if np.count_nonzero(normal_xy.any(axis=1)) < SAMPLES.fewest:
+        features, normal_xy = draw_samples(presses, light.features, most=HUE_SAMPLES.most)
+        if np.count_nonzero(normal_xy.any(axis=1)) < HUE_SAMPLES.fewest:
             raise too_few(presses)
         decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
         correction = fit_correction(decoder, features, normal_xy, by_place=_is_crowded(presses))
@@ -199,14 +199,14 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
 def _is_crowded(presses: Sequence[Press]) -> bool:
     """Whether the presses leave no level gel between them, as a grid of balls does."""
     sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
-    return bool(min(sloped) > SAMPLES.sloped_share)
+    return bool(min(sloped) > HUE_SAMPLES.sloped_share)
 
 
 def _steep_share(field: HueField, presses: Sequence[Press]) -> float:
     """Return the mean share of sloped pixels over some calibration frames."""
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
     frames = list(pressed.values())
-    some = frames[:: max(1, len(frames) // SAMPLES.surveyed)]
+    some = frames[:: max(1, len(frames) // HUE_SAMPLES.surveyed)]
     return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))
 
 

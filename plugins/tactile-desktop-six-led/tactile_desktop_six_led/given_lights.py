@@ -15,7 +15,7 @@ from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
 
-class NORMALS:
+class GIVEN_NORMALS:
     """Parameters of robust photometric stereo. Nothing sets them: intensities are relative."""
 
     rounds = 12  # [count] Iterations of reweighted least squares
@@ -81,7 +81,7 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
     .. [2] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics 6(9), 1977.
     """
-    block = NORMALS.block_px
+    block = GIVEN_NORMALS.block_px
     blocks = [
         _solve_normals(intensity[start : start + block].astype(np.float64), directions)
         for start in range(0, len(intensity), block)
@@ -93,15 +93,15 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
 
 def _solve_normals(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
     weights = np.ones_like(intensity)
-    if intensity.shape[1] >= NORMALS.lights_to_drop_extremes:
+    if intensity.shape[1] >= GIVEN_NORMALS.lights_to_drop_extremes:
         order = np.argsort(intensity, axis=1)
-        np.put_along_axis(weights, order[:, [0, -1]], NORMALS.dropped_weight, axis=1)
+        np.put_along_axis(weights, order[:, [0, -1]], GIVEN_NORMALS.dropped_weight, axis=1)
     scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
     normals = _solve_weighted(intensity, directions, weights)
-    for _ in range(NORMALS.rounds):
+    for _ in range(GIVEN_NORMALS.rounds):
         residual = (intensity - normals @ directions.T) / scale
         normals = _solve_weighted(
-            intensity, directions, 1 / (1 + (residual / NORMALS.tolerance) ** 2)
+            intensity, directions, 1 / (1 + (residual / GIVEN_NORMALS.tolerance) ** 2)
         )
     return normals
 
@@ -150,13 +150,13 @@ class GivenLights(Calibration):
                 f"the profile has {len(self._directions)} lights and the frame {lights} channels; "
                 f"give one light per channel"
             )
-        level = np.maximum(reference.pixels, NORMALS.darkest_level * reference.full_scale)
+        level = np.maximum(reference.pixels, GIVEN_NORMALS.darkest_level * reference.full_scale)
         facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
         light = (frame.pixels / level * facing).reshape(-1, lights)
         normals = robust_normals(light.astype(np.float32), self._directions)
-        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], NORMALS.least_facing)
+        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], GIVEN_NORMALS.least_facing)
         steep = np.hypot(slopes[:, 0], slopes[:, 1])
-        slopes *= np.minimum(1, NORMALS.steepest / np.maximum(steep, _TINY))[:, None]
+        slopes *= np.minimum(1, GIVEN_NORMALS.steepest / np.maximum(steep, _TINY))[:, None]
         planes = slopes.T.reshape(2, height, width)
         valid = (normals[:, 2] > 0).reshape(height, width)
         gx, gy = (np.ascontiguousarray(plane, np.float32) for plane in planes)

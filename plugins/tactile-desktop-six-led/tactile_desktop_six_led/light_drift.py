@@ -12,7 +12,7 @@ from tactile_desktop_six_led.redundancy import Redundancy
 Float32 = NDArray[np.float32]
 
 
-class DRIFT:
+class LED_DRIFT:
     """Parameters of drift estimation.
 
     Nothing sets them; responses are relative to the reference.
@@ -73,21 +73,21 @@ class LightDrift:
         if not len(redundancy.combinations):
             return np.ones(lights, np.float32)
         steep = np.hypot(normal_xy[0], normal_xy[1])
-        usable = (steep > DRIFT.least_sine) & (steep < DRIFT.largest_sine)
+        usable = (steep > LED_DRIFT.least_sine) & (steep < LED_DRIFT.largest_sine)
         used = response[:, usable]
         expected = self.structure.T @ _terms(normal_xy[:, usable])
         residual = redundancy.combinations @ used - expected
         inliers = np.einsum("cn,cn->n", residual, residual) < redundancy.tolerance**2
         residual, lit = residual[:, inliers], 1 + used[:, inliers]
-        count = DRIFT.prior_samples + lit.shape[1]
+        count = LED_DRIFT.prior_samples + lit.shape[1]
         # combinations · diag(1 + response) per pixel; its normal equations by pairs of lights
         weights = redundancy.combinations.T @ redundancy.combinations
         normal = weights * (lit @ lit.T) / count
         right = ((redundancy.combinations.T @ residual) * lit).sum(axis=1) / count
         right -= normal @ self.zero
         common = np.outer(self.exponents, self.exponents)
-        normal += DRIFT.prior * np.eye(lights) + DRIFT.common_prior * common
-        most = DRIFT.largest_change
+        normal += LED_DRIFT.prior * np.eye(lights) + LED_DRIFT.common_prior * common
+        most = LED_DRIFT.largest_change
         change = np.clip(np.linalg.solve(normal, right), -most, most)
         return np.asarray((1 + change) ** (1 / self.exponents), np.float32)
 
@@ -104,6 +104,6 @@ def fit_light_drift(
 def _terms(normal_xy: Float32) -> Float32:
     """Return (9, N) monomials of the two components up to the third order, no constant."""
     x, y = normal_xy
-    order = DRIFT.structure_order
+    order = LED_DRIFT.structure_order
     powers = [(i, j) for i in range(order + 1) for j in range(order + 1 - i) if i + j]
     return np.stack([x**i * y**j for i, j in powers])

@@ -14,7 +14,7 @@ a grid of balls are given and only refined (``grid``).
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
 from tactile_core.algorithms.circles.grid import GridLight, refine_grid
-from tactile_core.algorithms.circles.light import Light
+from tactile_core.algorithms.circles.light import LightModel
 from tactile_core.algorithms.circles.press import PressImage, working_scale
 from tactile_core.algorithms.circles.start import DIFFERS, Start
 
@@ -22,7 +22,7 @@ __all__ = [
     "DIFFERS",
     "Circle",
     "GridLight",
-    "Light",
+    "LightModel",
     "PressImage",
     "Start",
     "find_circles",

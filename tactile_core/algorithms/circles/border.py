@@ -9,8 +9,8 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64, Intp
 from tactile_core.algorithms.circles.circle import BALL, Shape
-from tactile_core.algorithms.circles.light import Light
-from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.circles.light import LightModel
+from tactile_core.algorithms.circles.press import PressChange
 
 
 class PROFILE:
@@ -69,8 +69,8 @@ class RadialProfile:
 
 
 def radial_profile(
-    change: Change,
-    light: Light,
+    change: PressChange,
+    light: LightModel,
     deviation: Float64,
     centre: Float64,
     ball: float,
@@ -81,9 +81,9 @@ def radial_profile(
 
     Parameters
     ----------
-    change : Change
+    change : PressChange
         Change of the image by the press.
-    light : Light
+    light : LightModel
         Forward model of the light.
     deviation : (S, K) float64
         Deviation of its coefficients at this press.
@@ -149,7 +149,12 @@ class _Pixels:
 
     @classmethod
     def from_change(
-        cls, change: Change, light: Light, deviation: Float64, centre: Float64, ball: float
+        cls,
+        change: PressChange,
+        light: LightModel,
+        deviation: Float64,
+        centre: Float64,
+        ball: float,
     ) -> _Pixels | None:
         x, y = change.disc(centre, PROFILE.largest * ball)
         r = np.hypot(x - centre[0], y - centre[1]) / ball
@@ -280,8 +285,8 @@ NO_BORDER = Border(0.0, np.inf, np.inf, BALL)  # Of a press whose contact is not
 
 
 def find_border(
-    change: Change,
-    light: Light,
+    change: PressChange,
+    light: LightModel,
     deviation: Float64,
     centre: Float64,
     ball_radius: float,
@@ -295,9 +300,9 @@ def find_border(
 
     Parameters
     ----------
-    change : Change
+    change : PressChange
         Change of the image by the press.
-    light : Light
+    light : LightModel
         Forward model of the light.
     deviation : (S, K) float64
         Deviation of its coefficients at this press.

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.circle import Shape
-from tactile_core.algorithms.circles.light import Light, Samples, residuals
+from tactile_core.algorithms.circles.light import LightModel, Samples, residuals
 
 
 class CENTRE:
@@ -32,7 +32,7 @@ class CENTRE:
     # tail times as much as a normal distribution. Source: by hand, on virtual units
     # (``experiments/circle_finding.py``).
     tail = 0.3
-    # [logarithm of the intensity] Lower bound of ``Light.spread``, against division by zero.
+    # [logarithm of the intensity] Lower bound of ``LightModel.spread``, against division by zero.
     least_spread = 1e-6
     # [count] Balls that are fitted together; their pixels stay in the cache. Source: measured
     # (ADR 92), among 1 to 24.
@@ -92,7 +92,7 @@ class BallPixels(NamedTuple):
     grain_px2: float
 
 
-def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]:
+def fit_centres(balls: Sequence[BallPixels], light: LightModel) -> list[FittedCentre]:
     """Fit the centre of each ball to the pixels on it.
 
     One Gauss–Newton step with soft-L1 weights on the two coordinates and on the deviations of the
@@ -103,7 +103,7 @@ def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]
     Parameters
     ----------
     balls : sequence of BallPixels
-    light : Light
+    light : LightModel
 
     Returns
     -------
@@ -120,7 +120,7 @@ def fit_centres(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]
     ]
 
 
-def _fit_balls(balls: Sequence[BallPixels], light: Light) -> list[FittedCentre]:
+def _fit_balls(balls: Sequence[BallPixels], light: LightModel) -> list[FittedCentre]:
     """Fit balls with enough pixels."""
     unit = max(light.residual, CENTRE.least_residual)
     pixels = _Pixels.from_balls(balls)
@@ -218,7 +218,7 @@ class _Pixels:
         radii = np.array([[ball.ball] for ball in balls], np.float32)
         return cls(place, offset, normal, turn, radii, change, precision, saturated)
 
-    def linearise_change(self, light: Light) -> tuple[Float32, Float32]:
+    def linearise_change(self, light: LightModel) -> tuple[Float32, Float32]:
         """Predicted change (K, B, N), and its derivatives (K, 2 + S, B, N).
 
         The derivatives are by the centre and by the light's coefficients.

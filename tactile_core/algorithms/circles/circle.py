@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32, Float64
-from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.circles.press import PressChange
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class SYMMETRY:
 _EXCLUDED = -2.0  # Score of points that are too far away; scores are from −1 to 1
 
 
-def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
+def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]:
     """Estimate the centre of a press from that press alone.
 
     Opposite slopes change the colour oppositely, so d(c + v)·d(c − v) is negative on a ball with
@@ -127,7 +127,7 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
 
     Parameters
     ----------
-    change : Change
+    change : PressChange
     ball_radius : float
         In working pixels.
 
@@ -168,7 +168,7 @@ def odd_centre(change: Change, ball_radius: float) -> tuple[Float64, float]:
     return peak / 2 + (left, top), float(score[j, i])
 
 
-def oddness_at(change: Change, centre: Float64, radius: float) -> float:
+def oddness_at(change: PressChange, centre: Float64, radius: float) -> float:
     """Oddness of the change about a given centre, within a radius.
 
     −1 is even and 1 is odd; 0 where nothing is visible.

@@ -10,8 +10,8 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.centre import CENTRE, FittedCentre, fit_centres
 from tactile_core.algorithms.circles.circle import Circle
-from tactile_core.algorithms.circles.light import Light, fit, orders_for
-from tactile_core.algorithms.circles.press_fit import FIT, PressFit, choose_fit_reach
+from tactile_core.algorithms.circles.light import LightModel, fit, orders_for
+from tactile_core.algorithms.circles.press_fit import PRESS_FIT, PressFit, choose_fit_reach
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
 
@@ -157,7 +157,7 @@ def _fit_together(
     *,
     fades: bool,
     report: Callable[[float], None],
-) -> Light | None:
+) -> LightModel | None:
     """Fit light and circles from the starts on; outliers leave ``fits``, with their reason."""
     if not fits:
         return None
@@ -183,7 +183,7 @@ def _fit_together(
     return light
 
 
-def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
+def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> LightModel:
     """Fit the light to presses whose circles are known."""
     fades = darkens(starts)
     fits = {}
@@ -200,7 +200,7 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> Light:
     return light
 
 
-def locate(start: Start, light: Light) -> Circle:
+def locate(start: Start, light: LightModel) -> Circle:
     """Find the circle of one press with a light that was fitted to other presses."""
     fitted = PressFit.from_start(start, darkens=light.darkens)
     _approach(fitted, light)
@@ -208,7 +208,7 @@ def locate(start: Start, light: Light) -> Circle:
     return fitted.circle()
 
 
-def _approach(fitted: PressFit, light: Light) -> None:
+def _approach(fitted: PressFit, light: LightModel) -> None:
     """Find centre and contact of one press from its start on, with the light of other presses."""
     for reach in FINDER.held_out_reaches:
         fitted.reach = reach * fitted.ball
@@ -222,7 +222,7 @@ def _approach(fitted: PressFit, light: Light) -> None:
             break
 
 
-def _step(fitted: PressFit, light: Light) -> Float64:
+def _step(fitted: PressFit, light: LightModel) -> Float64:
     """Step of the centre of one press with the light of other presses."""
     return fitted.step(*fit_centres([fitted.pixels()], light))
 
@@ -233,9 +233,9 @@ def _alternate(
     *,
     fades: bool,
     rounds: int = 0,
-) -> Light:
+) -> LightModel:
     """Fit the light to the centres and the centres to the light, until they converge."""
-    before: Light | None = None
+    before: LightModel | None = None
     mixing = Mixing()
     for _ in range(rounds or FINDER.alternations):
         light = fit([f.samples() for f in fits.values()], orders, darkens=fades, before=before)
@@ -253,7 +253,7 @@ def _alternate(
     return light
 
 
-def _with_spread(light: Light, fitted: Sequence[FittedCentre]) -> Light:
+def _with_spread(light: LightModel, fitted: Sequence[FittedCentre]) -> LightModel:
     """Update how much presses deviate from the light, by expectation maximisation."""
     seen = [f for f in fitted if np.isfinite(f.residual)]
     if not seen:
@@ -274,7 +274,7 @@ def _outliers(fits: dict[int, PressFit]) -> dict[int, str]:
             found[i] = "not one ball: its colours are not those of the other presses"
         elif np.hypot(*(fitted.centre - start)) > FINDER.farthest_move * ball:
             found[i] = "not one ball: the centres by its colours and by its symmetry differ"
-        elif fitted.border.radius < FIT.smallest_contact * ball:
+        elif fitted.border.radius < PRESS_FIT.smallest_contact * ball:
             found[i] = "the contact is too small to calibrate on; press deeper"
         elif fitted.centre_std > FINDER.largest_centre_std * ball:
             found[i] = "its centre is uncertain"

@@ -12,11 +12,11 @@ from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynom
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
-from tactile_core.algorithms.circles.press_fit import FIT
+from tactile_core.algorithms.circles.press_fit import PRESS_FIT
 from tactile_core.algorithms.photometric import Smoothing, place, relative_change
 
 
-class GRID:
+class BALL_GRID:
     """Parameters of the refinement of grids.
 
     Nothing sets them from outside: they are relative to the radius of the balls.
@@ -85,9 +85,9 @@ class GridLight:
             reason = ""
             if not np.isfinite(residual):
                 reason = "it is outside the image"
-            elif residual > GRID.largest_residual * self.residual:
+            elif residual > BALL_GRID.largest_residual * self.residual:
                 reason = "its colours are not those of the other balls"
-            elif self.contact < FIT.smallest_contact:
+            elif self.contact < PRESS_FIT.smallest_contact:
                 reason = "the contact is too small to calibrate on; press deeper"
             radius_px = self.contact * ball_radius_px
             used = not reason
@@ -118,13 +118,13 @@ def refine_grid(
     light : GridLight
         Locates other balls in the same frame.
     """
-    many = len(centres_px) >= GRID.many_balls
+    many = len(centres_px) >= BALL_GRID.many_balls
     balls = _Balls.from_image(image, centres_px, ball_radius_px, many)
     contact = 1.0
     steps = []
     residuals = np.full(len(balls.centres), np.inf)
-    for planned in GRID.reaches:
-        reach = min(planned, max(contact, FIT.smallest_contact))
+    for planned in BALL_GRID.reaches:
+        reach = min(planned, max(contact, PRESS_FIT.smallest_contact))
         light = balls.fit_normals(reach, many)
         residuals = balls.move(light, reach)
         contact = balls.contact(light, reach)
@@ -146,7 +146,7 @@ class _Balls:
         cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool
     ) -> Self:
         """Prepare the features of a frame: its relative change, and perhaps the position."""
-        blur_px = max(GRID.least_blur_px, GRID.blur_radii * radius_px)
+        blur_px = max(BALL_GRID.least_blur_px, BALL_GRID.blur_radii * radius_px)
         smoothing = Smoothing.from_sigma(image.marker_mask, blur_px)
         features = relative_change(
             smoothing.apply(image.pixels, image.marker_mask),
@@ -170,16 +170,16 @@ class _Balls:
         discs = [self._disc(centre, reach) for centre in self.centres]
         features = np.concatenate([f for f, _ in discs])
         offsets = np.concatenate([o for _, o in discs])
-        pick = np.random.default_rng(0).permutation(len(features))[: GRID.samples]
+        pick = np.random.default_rng(0).permutation(len(features))[: BALL_GRID.samples]
         seen, normal_xy = features[pick], offsets[pick].astype(np.float32)
         if many:
-            return fit_polynomial(seen, normal_xy, order=2, ridge=GRID.ridge)
+            return fit_polynomial(seen, normal_xy, order=2, ridge=BALL_GRID.ridge)
         # On the other side of its centre a ball changes the colour oppositely.
         return fit_polynomial(
             np.concatenate([seen, -seen]),
             np.concatenate([normal_xy, -normal_xy]),
             order=1,
-            ridge=GRID.ridge,
+            ridge=BALL_GRID.ridge,
         )
 
     def move(self, light: PolynomialFit, reach: float) -> Float64:
@@ -193,15 +193,15 @@ class _Balls:
         residuals = np.full(len(self.centres), np.inf)
         for i, centre in enumerate(self.centres):
             features, offsets = self._disc(centre, reach)
-            if len(features) < GRID.fewest_pixels:
+            if len(features) < BALL_GRID.fewest_pixels:
                 continue
             normal_xy = light(features).astype(np.float64)
             spread = offsets - offsets.mean(0)
             scale = float((spread * normal_xy).sum() / (spread * spread).sum())
-            divisor = scale if abs(scale) > GRID.least_scale else 1.0
+            divisor = scale if abs(scale) > BALL_GRID.least_scale else 1.0
             shift = offsets.mean(0) - normal_xy.mean(0) / divisor
             residuals[i] = np.sqrt(((normal_xy - scale * (offsets - shift)) ** 2).sum(1).mean())
-            step = np.clip(shift, -GRID.farthest_step, GRID.farthest_step)
+            step = np.clip(shift, -BALL_GRID.farthest_step, BALL_GRID.farthest_step)
             self.centres[i] = centre + self._radius * step
         return residuals
 
@@ -214,11 +214,11 @@ class _Balls:
         along = (normal_xy * offsets).sum(1) / np.maximum(place_, 1e-6)
         inside = place_ < reach
         slope = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
-        last = FIT.smallest_contact - GRID.ring_step
-        width = max(GRID.ring_step / 2, GRID.least_ring_px / self._radius)
-        for ring in np.arange(FIT.smallest_contact, 1.0, GRID.ring_step):
+        last = PRESS_FIT.smallest_contact - BALL_GRID.ring_step
+        width = max(BALL_GRID.ring_step / 2, BALL_GRID.least_ring_px / self._radius)
+        for ring in np.arange(PRESS_FIT.smallest_contact, 1.0, BALL_GRID.ring_step):
             near = np.abs(place_ - ring) < width
-            if near.any() and np.median(along[near]) < GRID.least_slope_ratio * slope * ring:
+            if near.any() and np.median(along[near]) < BALL_GRID.least_slope_ratio * slope * ring:
                 break
             last = float(ring)
-        return last + GRID.ring_step / 2
+        return last + BALL_GRID.ring_step / 2

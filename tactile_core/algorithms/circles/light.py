@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import quantile, terms
 from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
-from tactile_core.algorithms.circles.press import Change
+from tactile_core.algorithms.circles.press import PressChange
 
 
 class LIGHT:
@@ -79,7 +79,7 @@ def _normals(xy: Float64, centre: Float64, ball_radius: float) -> Float32:
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
+class LightModel:
     """Polynomial in (nx, ny) without a constant, whose coefficients vary over the image.
 
     A flat surface keeps its colour, so the constant is 0; this fixes the centres absolutely.
@@ -171,7 +171,7 @@ def _derivatives(order: int) -> tuple[tuple[NDArray[np.intp], Float32], ...]:
 
 
 def samples_on(
-    change: Change, centre: Float64, radius: float, ball_radius: float, most: int
+    change: PressChange, centre: Float64, radius: float, ball_radius: float, most: int
 ) -> Samples:
     """Collect pixels within ``radius`` of the centre of a ball, with the ball's normals."""
     x, y = change.disc(centre, radius)
@@ -187,8 +187,8 @@ def fit(
     orders: tuple[int, int],
     *,
     darkens: bool,
-    before: Light | None = None,
-) -> Light:
+    before: LightModel | None = None,
+) -> LightModel:
     """Fit the light to balls at known centres by reweighted least squares with Cauchy weights.
 
     A saturated channel is a lower bound: it counts only where the prediction is below it.
@@ -200,8 +200,8 @@ def fit(
     orders : (int, int)
         Degrees in the normal and in the position.
     darkens : bool
-        As in :class:`Light`.
-    before : Light, optional
+        As in :class:`LightModel`.
+    before : LightModel, optional
         The light of nearly these centres, at which the reweighting starts.
 
     References
@@ -239,7 +239,7 @@ def fit(
     by_slope = coefficients.reshape(len(slopes), len(places), -1)
     here = np.einsum("pn,spk->nsk", places[:, ::most], by_slope)
     spread = LIGHT.first_spread * np.sqrt((here**2).mean(0))
-    return Light(coefficients, *orders, darkens, residual, spread)
+    return LightModel(coefficients, *orders, darkens, residual, spread)
 
 
 def _cauchy(length: Float32) -> tuple[float, Float32]:

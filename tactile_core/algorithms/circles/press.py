@@ -16,7 +16,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.drift import LEVELS
 
 
-class PRESS:
+class PRESS_CHANGE:
     """Parameters of the preparation of presses.
 
     Nothing sets them from outside: the working scale makes them independent of the sensor.
@@ -88,7 +88,7 @@ class PressImage:
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class PressChange:
     """Change of the image by a press at the working scale.
 
     Attributes
@@ -160,25 +160,27 @@ class Change:
     @property
     def noise_variance(self) -> Float32:
         """(h, w, K) variance of :attr:`weighted` by the noise of the camera alone."""
-        return np.asarray(PRESS.model_error**2 * (1 - self.precision) / self.grain_px2)
+        return np.asarray(PRESS_CHANGE.model_error**2 * (1 - self.precision) / self.grain_px2)
 
-    def subtract_drift(self, drift: Float64) -> Change:
+    def subtract_drift(self, drift: Float64) -> PressChange:
         """Subtract a change (K,) of the whole image."""
         return replace(self, values=self.values - drift.astype(np.float32))
 
-    def between_channels(self) -> Change:
+    def between_channels(self) -> PressChange:
         """Remove the mean of the channels, which brightens or darkens all of them equally."""
         return replace(self, values=self.values - self.values.mean(axis=2, keepdims=True))
 
-    def gradient(self, ball_radius: float) -> Change:
+    def gradient(self, ball_radius: float) -> PressChange:
         """Gradient of the mean of the channels, (h, w, 2), per ball radius.
 
         Where the image darkens with depth, it is to depth what the change of the colour is to
         light from the sides: proportional to the slope.
         """
-        blur_px = PRESS.gradient_blur_radii * ball_radius
+        blur_px = PRESS_CHANGE.gradient_blur_radii * ball_radius
         weight = self.precision * self.weight[..., None]
-        mean = (self.values * weight).sum(2) / np.maximum(weight.sum(2), PRESS.least_blur_weight)
+        mean = (self.values * weight).sum(2) / np.maximum(
+            weight.sum(2), PRESS_CHANGE.least_blur_weight
+        )
         smooth = _masked_blur(mean[..., None], self.weight, blur_px)[..., 0]
         x, y = (
             cv2.Sobel(smooth, cv2.CV_32F, *way, ksize=1, borderType=cv2.BORDER_REPLICATE)
@@ -191,7 +193,7 @@ class Change:
             precision=np.ones_like(along),
             weight=np.asarray(cv2.erode(self.weight, np.ones((3, 3))), np.float32),
             saturated=np.zeros(along.shape, np.bool_),
-            grain_px2=_grain_px2(PRESS.blur_px, blur_px),
+            grain_px2=_grain_px2(PRESS_CHANGE.blur_px, blur_px),
         )
 
     def to_working(self, xy: Float64) -> Float64:
@@ -232,10 +234,10 @@ def _planes(image: Array) -> Array:
 
 def working_scale(ball_radius_px: float) -> float:
     """Working pixels per pixel for a ball of this radius."""
-    return min(1.0, PRESS.ball_radius_px / ball_radius_px)
+    return min(1.0, PRESS_CHANGE.ball_radius_px / ball_radius_px)
 
 
-def change_of(press: PressImage, scale: float) -> Change:
+def change_of(press: PressImage, scale: float) -> PressChange:
     """Shrink a press, divide it by the reference, mask the markers and smooth."""
     frame, reference = (
         _shrink_pixels(a, scale, press.full_scale) for a in (press.pixels, press.reference)
@@ -245,24 +247,24 @@ def change_of(press: PressImage, scale: float) -> Change:
         rows, columns, _ = frame.shape
         size = columns, rows
         share = cv2.resize(press.marker_mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        weight[share > PRESS.marker_share] = 0
+        weight[share > PRESS_CHANGE.marker_share] = 0
     saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
         weight[_find_dark_holes(saturated[..., k], frame[..., k])] = 0
-    noise = np.maximum(_pixel_noise(frame - reference), np.float32(PRESS.least_noise))
+    noise = np.maximum(_pixel_noise(frame - reference), np.float32(PRESS_CHANGE.least_noise))
     undeformed = np.maximum(reference, 0)
     # The noise keeps the divisor finite in the dark, the share the logarithm in shadows.
-    offset = noise + np.float32(PRESS.offset_share) * undeformed
+    offset = noise + np.float32(PRESS_CHANGE.offset_share) * undeformed
     ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
     relative = noise / (undeformed + offset)
-    precision = np.asarray(1 / (1 + (relative / PRESS.model_error) ** 2), np.float32)
-    return Change(
-        _masked_blur(ratio, weight, PRESS.blur_px),
+    precision = np.asarray(1 / (1 + (relative / PRESS_CHANGE.model_error) ** 2), np.float32)
+    return PressChange(
+        _masked_blur(ratio, weight, PRESS_CHANGE.blur_px),
         precision,
         weight,
         saturated,
         float(np.median(reference)),
-        _grain_px2(PRESS.blur_px),
+        _grain_px2(PRESS_CHANGE.blur_px),
         np.divide(weight.shape[::-1], press.reference.shape[1::-1]),
     )
 
@@ -272,7 +274,7 @@ def _pixel_noise(difference: Float32) -> Float32:
 
     Anything smooth cancels in d(x − 1) − 2 d(x) + d(x + 1), whose variance is six times the noise.
     """
-    step = max(1, len(difference) // PRESS.noise_rows)
+    step = max(1, len(difference) // PRESS_CHANGE.noise_rows)
     second = np.diff(difference[::step], 2, axis=1).reshape(-1, difference.shape[2])
     if not len(second):
         return np.zeros(difference.shape[2], np.float32)
@@ -295,16 +297,16 @@ def _shrink_pixels(pixels: NDArray[Any], scale: float, full_scale: float) -> Flo
 
 def _find_dark_holes(saturated: Bool, plane: Float32) -> Bool:
     """Mask of dark holes inside saturated spots."""
-    if np.count_nonzero(saturated) <= PRESS.fewest_saturated:
+    if np.count_nonzero(saturated) <= PRESS_CHANGE.fewest_saturated:
         return np.zeros_like(saturated)
     kernel = np.ones((5, 5), np.uint8)
     closed = cv2.morphologyEx(saturated.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
-    dark = plane < PRESS.folded_share * LEVELS.full_scale_8_bit
+    dark = plane < PRESS_CHANGE.folded_share * LEVELS.full_scale_8_bit
     hole = ((closed > 0) & dark).astype(np.uint8)
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 
 
 def _masked_blur(image: Float32, weight: Float32, blur_px: float) -> Float32:
-    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), PRESS.least_blur_weight)
+    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), PRESS_CHANGE.least_blur_weight)
     blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), blur_px)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

@@ -11,12 +11,12 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.border import NO_BORDER, Border, find_border
 from tactile_core.algorithms.circles.centre import BallPixels, FittedCentre
 from tactile_core.algorithms.circles.circle import BALL, Circle
-from tactile_core.algorithms.circles.light import LIGHT, Light, Samples, samples_on
+from tactile_core.algorithms.circles.light import LIGHT, LightModel, Samples, samples_on
 from tactile_core.algorithms.circles.press import disc
 from tactile_core.algorithms.circles.start import Sighting, Start
 
 
-class FIT:
+class PRESS_FIT:
     """Parameters of the fit of single presses.
 
     Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
@@ -77,7 +77,7 @@ class PressFit:
     def from_start(cls, start: Start, *, darkens: bool) -> Self:
         """Start from the press alone."""
         sighting = start.choose_sighting(darkens=darkens)
-        return cls(sighting, start.ball, sighting.centre, FIT.first_reach * start.ball)
+        return cls(sighting, start.ball, sighting.centre, PRESS_FIT.first_reach * start.ball)
 
     @property
     def residual(self) -> float:
@@ -93,8 +93,8 @@ class PressFit:
         shape, samples = self.border.shape, None
         if shape is not BALL:
             # Around a contact the slope changes most, which determines the centre best.
-            reach = self.border.radius + FIT.shape_margin * self.ball
-            samples = self._draw_samples("centre", reach, FIT.most_pixels)
+            reach = self.border.radius + PRESS_FIT.shape_margin * self.ball
+            samples = self._draw_samples("centre", reach, PRESS_FIT.most_pixels)
         grain_px2 = self.sighting.change.grain_px2
         return BallPixels(samples or self.samples(), self.centre, self.ball, shape, grain_px2)
 
@@ -104,7 +104,7 @@ class PressFit:
         if (
             drawn is None
             or drawn.reach != reach
-            or max(abs(drawn.centre - self.centre)) >= FIT.redrawn_px
+            or max(abs(drawn.centre - self.centre)) >= PRESS_FIT.redrawn_px
         ):
             samples = samples_on(self.sighting.change, self.centre, reach, self.ball, most)
             drawn = _Draw(self.centre, reach, self.centre, samples)
@@ -122,9 +122,9 @@ class PressFit:
     def move(self, step: Float64) -> None:
         """Move the centre by a step, which is bounded."""
         length = max(float(np.hypot(*step)), 1e-9)
-        self.centre = self.centre + step * min(1.0, FIT.largest_shift * self.ball / length)
+        self.centre = self.centre + step * min(1.0, PRESS_FIT.largest_shift * self.ball / length)
 
-    def find_contact(self, light: Light, *, last: bool = False) -> None:
+    def find_contact(self, light: LightModel, *, last: bool = False) -> None:
         """Update the border of the contact; how certain it is only the last time."""
         assert self.fitted is not None
         change, deviation = self.sighting.change, self.fitted.deviation
@@ -142,16 +142,16 @@ class PressFit:
         """Standard deviation of a coordinate of the centre."""
         if self.fitted is None:
             return np.inf
-        noise = FIT.std_factor**2 * float(np.trace(self.fitted.covariance)) / 2
-        return float(np.sqrt(noise + (FIT.model_std * self.ball) ** 2))
+        noise = PRESS_FIT.std_factor**2 * float(np.trace(self.fitted.covariance)) / 2
+        return float(np.sqrt(noise + (PRESS_FIT.model_std * self.ball) ** 2))
 
     @property
     def radius_std(self) -> float:
         """Standard deviation of the contact radius."""
         return float(
             np.hypot(
-                FIT.radius_factor * self.border.disagreement,
-                FIT.radius_width_share * self.border.width,
+                PRESS_FIT.radius_factor * self.border.disagreement,
+                PRESS_FIT.radius_width_share * self.border.width,
             )
         )
 
@@ -170,5 +170,5 @@ class PressFit:
 
 def choose_fit_reach(contact: float, ball: float) -> float:
     """Distance from the centre within which the light is fitted to a contact."""
-    bounds = FIT.smallest_contact * ball, FIT.largest_reach * ball
-    return float(np.clip(FIT.contact_share * contact, *bounds))
+    bounds = PRESS_FIT.smallest_contact * ball, PRESS_FIT.largest_reach * ball
+    return float(np.clip(PRESS_FIT.contact_share * contact, *bounds))

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64
 from tactile_core.algorithms.circles.circle import odd_centre, oddness_at
-from tactile_core.algorithms.circles.press import Change, PressImage, change_of, working_scale
+from tactile_core.algorithms.circles.press import PressChange, PressImage, change_of, working_scale
 
 
 class START:
@@ -62,7 +62,7 @@ class Sighting:
 
     Attributes
     ----------
-    change : Change
+    change : PressChange
         What is odd about the centre: the change of the image, or the gradient of that.
     centre : (2,) float64
         Point about which it is most odd, in working pixels.
@@ -72,7 +72,7 @@ class Sighting:
         Reason to exclude the press; "" if there is none.
     """
 
-    change: Change
+    change: PressChange
     centre: Float64
     oddness: float
     why: str
@@ -129,9 +129,9 @@ def darkens(starts: Sequence[Start]) -> bool:
 
 
 def _sighting(
-    change: Change,
+    change: PressChange,
     drift: Float64,
-    gradient: Change | None,
+    gradient: PressChange | None,
     centre: Float64,
     oddness: float,
     ball: float,
@@ -152,7 +152,7 @@ def _sighting(
     return Sighting(gradient or change, centre, oddness, why)
 
 
-def _median(change: Change, where: Bool) -> Float64:
+def _median(change: PressChange, where: Bool) -> Float64:
     """Median change (K,) of some pixels; 0 of none."""
     rows, columns = np.nonzero(where)
     if not len(rows):
@@ -171,7 +171,7 @@ def _step(pixels: int) -> int:
     return max(1, int(np.sqrt(pixels / START.most_pixels)))
 
 
-def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
+def _most_odd(change: PressChange, ball: float) -> tuple[Float64, float]:
     """Point about which the change is most odd, and its oddness."""
     found = odd_centre(change, ball)
     if found[1] >= START.least_oddness:
@@ -181,7 +181,9 @@ def _most_odd(change: Change, ball: float) -> tuple[Float64, float]:
     return max(found, odd_centre(change.between_channels(), ball), key=lambda start: start[1])
 
 
-def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, ball: float) -> str:
+def _unlike_a_press(
+    change: PressChange, centre: Float64, far: Bool, drift: Float64, ball: float
+) -> str:
     """Reason to exclude the press because of the strength of its change; "" if there is none."""
     x, y = change.disc(centre, START.inner_radii * ball)
     if len(x) == 0:
@@ -200,7 +202,7 @@ def _unlike_a_press(change: Change, centre: Float64, far: Bool, drift: Float64, 
     return ""
 
 
-def _elsewhere(change: Change, start: Float64, ball: float) -> float:
+def _elsewhere(change: PressChange, start: Float64, ball: float) -> float:
     """Strongest change far from the press, over the strongest within one ball radius."""
     sigma = START.blur_radii * ball
     total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), START.least_blur_weight)

@@ -187,7 +187,7 @@ class ElasticFields:
         return total
 
 
-class ContactShear:
+class ElasticShear:
     """Displacement fields of a layer under a contact: shear in x and y, torsion and expansion.
 
     The traction grows towards the border of the contact as 1/√distance, as under a rigid object

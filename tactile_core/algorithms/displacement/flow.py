@@ -44,7 +44,7 @@ _NOISE_KERNEL = np.outer([1, -2, 1], [1, -2, 1]).astype(np.float32) / 6
 
 
 @dataclass(frozen=True, eq=False)
-class Imprint:
+class TextureImprint:
     """The change of the image that an object causes, with normalised contrast.
 
     Attributes
@@ -81,7 +81,7 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), FLOW.detail_px), np.float32)
 
 
-def imprint(now: Float32, undeformed: Float32) -> Imprint:
+def imprint(now: Float32, undeformed: Float32) -> TextureImprint:
     """Return the imprint, given the :func:`detail` of a frame and of the undeformed surface."""
     change = now - undeformed
     window = (FLOW.window_px, FLOW.window_px)
@@ -90,15 +90,15 @@ def imprint(now: Float32, undeformed: Float32) -> Imprint:
     energy *= np.float32(FLOW.faint_rms**-2)
     normalised = change * (np.float32(FLOW.contrast / FLOW.faint_rms) / np.sqrt(energy + 1))
     grey = np.clip(normalised + np.float32(FLOW.grey), 0, 255).astype(np.uint8)
-    return Imprint(grey, np.asarray(1 - 1 / (1 + energy * energy), np.float32))
+    return TextureImprint(grey, np.asarray(1 - 1 / (1 + energy * energy), np.float32))
 
 
-def motion(earlier: Imprint, now: Imprint, start_px: Float32) -> Float32:
+def motion(earlier: TextureImprint, now: TextureImprint, start_px: Float32) -> Float32:
     """Return the optical flow between two imprints, by dense inverse search (DIS) [1]_.
 
     Parameters
     ----------
-    earlier, now : Imprint
+    earlier, now : TextureImprint
         Of the same size.
     start_px : (h, w, 2) float32
         Initial flow.

@@ -17,7 +17,7 @@ from tactile_core.algorithms.arrays.types import (
     pitch,
     rasterise_points,
 )
-from tactile_core.algorithms.displacement.contact_shear import ContactShear
+from tactile_core.algorithms.displacement.contact_shear import ElasticShear
 from tactile_core.algorithms.displacement.kriging import KRIGING, CoarseGrid, Kriging
 from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.errors import InputError
@@ -68,7 +68,7 @@ class CoarseField:
 class MarkedSurface:
     """Interpolate the displacements of markers to every pixel.
 
-    Four elastic fields of the contact (:class:`ContactShear`) are fitted to the displacements of
+    Four elastic fields of the contact (:class:`ElasticShear`) are fitted to the displacements of
     the markers, and the residual is interpolated (:class:`Kriging`). Their sum is then moved from
     undeformed to present positions. Everything that depends only on the reference is computed once.
 
@@ -129,7 +129,7 @@ class MarkedSurface:
         cells = np.zeros(grid.shape, np.uint8)
         self._supported = cells, cells, np.zeros(shape, np.bool_)
         elastomer = Elastomer(thickness_mm, 1.0, poisson_ratio)
-        self._shear = ContactShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
+        self._shear = ElasticShear(grid, mm_per_px=mm_per_px, elastomer=elastomer)
 
     def displacement(self, px: Array, seen: Bool, contact: Bool | None = None) -> Float32:
         """Return the displacement at every pixel, interpolated linearly, (H, W, 2) float32."""

@@ -10,7 +10,7 @@ from numpy.typing import DTypeLike
 
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.response import Response, Symbols
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 
 class GEL:
@@ -118,7 +118,7 @@ class ElasticLayer(Response):
 
     Parameters
     ----------
-    grid : Grid
+    grid : SurfaceGrid
     elastomer : Elastomer
     dtype : float32 or float64
         Type of all computations; float32 is accurate to 1e-6 of the largest displacement.
@@ -136,7 +136,7 @@ class ElasticLayer(Response):
 
     def __init__(
         self,
-        grid: Grid,
+        grid: SurfaceGrid,
         elastomer: Elastomer,
         dtype: DTypeLike = np.float32,
         *,
@@ -176,7 +176,7 @@ class ElasticLayer(Response):
         return self._near[1]
 
 
-def _symbols(grid: Grid, elastomer: Elastomer) -> Symbols:
+def _symbols(grid: SurfaceGrid, elastomer: Elastomer) -> Symbols:
     step = 2 * np.pi / grid.spacing_mm
     kx = step * np.fft.rfftfreq(grid.nx)[None, :]
     ky = step * np.fft.fftfreq(grid.ny)[:, None]

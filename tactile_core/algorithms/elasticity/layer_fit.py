@@ -15,7 +15,7 @@ from tactile_core.algorithms.elasticity.surface_loads import (
     SurfaceLoads,
     surface_loads,
 )
-from tactile_core.algorithms.elasticity.viscoelasticity import Grid
+from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 
 class LAYER_FIT:
@@ -79,7 +79,7 @@ class LayerFit:
 
     Parameters
     ----------
-    grid : Grid
+    grid : SurfaceGrid
         With the spacing of the cells, larger than the view.
     nominal : Elastomer
         Its modulus scales all loads and changes no displacement, so that it cannot be fitted.
@@ -92,7 +92,7 @@ class LayerFit:
        Nonlinear Equations", SIAM, 1996, chapter 10.
     """
 
-    def __init__(self, grid: Grid, nominal: Elastomer, tolerance: float) -> None:
+    def __init__(self, grid: SurfaceGrid, nominal: Elastomer, tolerance: float) -> None:
         self._grid, self._nominal = grid, nominal
         self._start = start = _softness(nominal.poisson_ratio)
         reach = np.log(LAYER_FIT.greatest)

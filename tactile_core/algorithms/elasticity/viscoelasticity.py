@@ -124,7 +124,7 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Grid:
+class SurfaceGrid:
     """Rectangular, periodic grid of nodes centred on the image; x right, y down, mm.
 
     Leave a margin of a few gel thicknesses around the loaded area, because displacements wrap
@@ -143,7 +143,7 @@ class Grid:
     spacing_mm: float
 
     @classmethod
-    def covering(cls, width_mm: float, height_mm: float, spacing_mm: float) -> Grid:
+    def covering(cls, width_mm: float, height_mm: float, spacing_mm: float) -> SurfaceGrid:
         """Return the smallest grid that covers this area and whose size suits the FFT."""
         from scipy.fft import next_fast_len
 

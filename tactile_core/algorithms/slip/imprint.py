@@ -14,7 +14,7 @@ from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 
 
-class FIT:
+class MOTION_FIT:
     """Parameters of the fit of a motion."""
 
     # [ratio] Regularisation of the fit, relative to its diagonal. Source: by hand, it biases a
@@ -82,7 +82,7 @@ class Imprint:
         return Imprint(pattern.reshape(self.pattern.shape), seen)
 
 
-class Step(NamedTuple):
+class ImprintStep(NamedTuple):
     """The change from one imprint to the next.
 
     Attributes
@@ -109,29 +109,29 @@ class Step(NamedTuple):
     variance: Motion
 
 
-def step_between(before: Imprint, now: Imprint) -> Step:
+def step_between(before: Imprint, now: Imprint) -> ImprintStep:
     """Fit a rigid motion and a growth of the pattern to a change, by least squares."""
     step = _linear(before, now)
     motion, best = step.motion, (0.0, 0.0, 0.0)
-    if math.hypot(*motion[:2]) <= FIT.long_step:
+    if math.hypot(*motion[:2]) <= MOTION_FIT.long_step:
         return step
     least = step.changed / max(step.values, 1.0)
-    for _ in range(FIT.rounds - 1):
+    for _ in range(MOTION_FIT.rounds - 1):
         more = _linear(before.move_imprint(motion), now)
         left = more.changed / max(more.values, 1.0)
         if left >= least:  # a motion along stripes, for example, cannot be seen
             break
         x, y, turn = more.motion
         best, least, motion = motion, left, (motion[0] + x, motion[1] + y, motion[2] + turn)
-        if math.hypot(x, y) <= FIT.long_step:
+        if math.hypot(x, y) <= MOTION_FIT.long_step:
             return step._replace(motion=motion)
     return step._replace(motion=best)
 
 
-def _linear(before: Imprint, now: Imprint) -> Step:
+def _linear(before: Imprint, now: Imprint) -> ImprintStep:
     """Fit the change of every second row; the others say nearly the same, after smoothing."""
     xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = _sums(before, now)
-    xx, yy, tt = (square * (1 + FIT.damping) + TINY for square in (xx, yy, tt))
+    xx, yy, tt = (square * (1 + MOTION_FIT.damping) + TINY for square in (xx, yy, tt))
     # inverse of the symmetric matrix of products, by its cofactors
     of_x = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     of_y = of_x[1], xx * tt - xt * xt, xy * xt - xx * yt
@@ -142,7 +142,7 @@ def _linear(before: Imprint, now: Imprint) -> Step:
     # a growing load strengthens the pattern in place; a weaker pattern may be one that leaves
     explained = x * motion[0] + y * motion[1] + t * motion[2]
     explained += max(growth, 0.0) ** 2 / max(middle, TINY)
-    return Step(
+    return ImprintStep(
         motion,
         changed,
         max(changed - explained, 0.0),

@@ -16,8 +16,8 @@ from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
 from tactile_core.algorithms.slip.imprint import (
     VIEW,
     Imprint,
+    ImprintStep,
     Motion,
-    Step,
     SurfaceView,
     step_between,
 )
@@ -222,7 +222,7 @@ class ImprintTracker:
         self._way, self._recent = self._way.plus(way), self._recent.scale_way(*[kept] * 3).plus(way)
         return self._result()
 
-    def _unexplained_share(self, step: Step, moved_mm: float) -> float:
+    def _unexplained_share(self, step: ImprintStep, moved_mm: float) -> float:
         """Share of the energy whose change nothing but slip explains."""
         values = max(step.values, 1.0)
         self._noise.update(step.changed / values, moved_mm)
@@ -232,7 +232,7 @@ class ImprintTracker:
         explained = noise + self._change_per_mm * moved_mm * step.energy
         return max(step.unexplained - explained, 0.0) / max(step.energy, noise, TINY)
 
-    def _metric(self, step: Step, radius: float) -> _Way:
+    def _metric(self, step: ImprintStep, radius: float) -> _Way:
         """Motion of the imprint in mm, with rotation as RMS motion, and its variances in mm²."""
         scale = self._view.times * self._mm_per_px
         variance = self._noise.variance if math.isfinite(self._noise.variance) else 0.0

@@ -64,7 +64,7 @@ class SHEARED_CONTACT:
     min_window = 0.7  # [windows] The stick share is not measured over a shorter motion
 
 
-class Load(NamedTuple):
+class ContactLoad(NamedTuple):
     """The load on the contact, in any unit; either component may grow alone.
 
     Attributes
@@ -117,14 +117,14 @@ class ShearedContact:
         """Forget the contact."""
         self.restarted = False
         self._settled: Complex64 | None = None
-        self._load = Load(0.0, 0.0)
+        self._load = ContactLoad(0.0, 0.0)
         self._restart()
 
     def update(
         self,
         field: Complex64,
         mask: Bool,
-        load: Load,
+        load: ContactLoad,
         *,
         blurred: bool = False,
         wide: bool = False,
@@ -139,7 +139,7 @@ class ShearedContact:
             Displacement from the reference, x + iy in mm, of the surface now at each grid point.
         mask : (h, w) bool
             The contact area.
-        load : Load
+        load : ContactLoad
         blurred : bool
             The field was estimated without the contact area, so it is smooth across its border.
         wide : bool
@@ -201,7 +201,7 @@ class ShearedContact:
         self._measured = False
         self._peak_mm = self._deceleration = self._sheared_mm = 0.0
 
-    def _grew(self, load: Load) -> bool:
+    def _grew(self, load: ContactLoad) -> bool:
         """Whether the load grew: the surface then spreads, which is not shear."""
         limit = SHEARED_CONTACT.load_growth
         if self._sheared_mm >= SHEARED_CONTACT.sheared_mm:

@@ -21,7 +21,7 @@ from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.formats.catalog import without_secrets
-from tactile_core.formats.video import MjpegParser, Part
+from tactile_core.formats.video import MjpegParser, MjpegPart
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.streaming.encoded_image import (
     EncodedImage,
@@ -54,7 +54,7 @@ class HttpSource(ImageSource):
 
     def __init__(self, url: SplitResult, name: str, timeout_s: float) -> None:
         self._name, self._timeout_s = name, timeout_s
-        self._parts: list[Part] = []
+        self._parts: list[MjpegPart] = []
         self._last_s = float("-inf")
         self._last_stamp = ""
         kind = HTTPSConnection if url.scheme == "https" else HTTPConnection
@@ -218,11 +218,11 @@ class StreamCamera(StreamingCamera):
     def _connect(self) -> ImageSource:
         url = _check_address(self._settings.url)
         if url.scheme == "rtsp":
-            return VideoSource(url.geturl(), self.device_id, self._settings.timeout_s)
+            return VideoStream(url.geturl(), self.device_id, self._settings.timeout_s)
         return HttpSource(url, self.device_id, self._settings.timeout_s)
 
 
-class VideoSource(ImageSource):
+class VideoStream(ImageSource):
     """A video stream that OpenCV reads with FFmpeg.
 
     Parameters

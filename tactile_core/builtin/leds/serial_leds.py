@@ -64,7 +64,7 @@ def _require_library() -> None:
 _WIDEST = 31  # Bits of a control; UVC's are signed integers of 32 bits at most
 
 
-class UvcOptions(Options):
+class UvcLedOptions(Options):
     """Options of ``core.uvc_leds``."""
 
     lights: tuple[str, ...] = Field(
@@ -92,9 +92,9 @@ class UvcLeds(LightDriver):
     watchdog: when the program is killed, the lights stay on until the next one sets them.
     """
 
-    Options: ClassVar[type[BaseModel]] = UvcOptions
+    Options: ClassVar[type[BaseModel]] = UvcLedOptions
 
-    def __init__(self, options: UvcOptions) -> None:
+    def __init__(self, options: UvcLedOptions) -> None:
         super().__init__(options)
         self._settings = options
         self._camera: ControlledCamera | None = None

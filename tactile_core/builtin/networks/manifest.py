@@ -121,7 +121,7 @@ class NetworkValues(Section):
         return self
 
 
-class Manifest(Section):
+class NetworkManifest(Section):
     """Everything that the file of a network does not say itself."""
 
     schema_: Literal[1] = Field(alias="schema")
@@ -151,7 +151,7 @@ class NetworkFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self.manifest = Manifest.model_validate(read_mapping(path))
+            self.manifest = NetworkManifest.model_validate(read_mapping(path))
         except ValidationError as error:
             raise InputError(f"{path}: {_first(error)}") from None
         self.network = path.parent / self.manifest.file

@@ -38,7 +38,7 @@ from tactile_core.quantities import (
 )
 
 
-class Observation:
+class NetworkInputs:
     """The quantities of one frame that a network can take."""
 
     def __init__(
@@ -116,7 +116,7 @@ class NetworkStep:
         """Forget earlier frames."""
         self._earlier.clear()
 
-    def run(self, seen: Observation) -> Float64:
+    def run(self, seen: NetworkInputs) -> Float64:
         """Return the network's values for this frame, scaled as the manifest says."""
         self._file.check_image(self._image_of(seen.frame), channels=seen.frame.pixels.shape[2])
         if self._network is None:
@@ -145,7 +145,7 @@ class NetworkStep:
         ages = range((given.frames - 1) * given.stride, -1, -given.stride)
         return [plane for age in ages for plane in self._earlier[max(0, last - age)]]
 
-    def _planes(self, planes: Planes, seen: Observation) -> Float32:
+    def _planes(self, planes: Planes, seen: NetworkInputs) -> Float32:
         if planes.of in ("frame", "reference"):
             small, means = self._small_reference(seen.reference)
             found = small if planes.of == "reference" else self._small(seen.frame.pixels)
@@ -232,9 +232,9 @@ class Onnx(Estimator):
         displacement: DisplacementField | None,
     ) -> NetworkOutput:
         """Return the network's output."""
-        found: Float32 = self._step.run(Observation(frame, reference, height, displacement)).astype(
-            "float32"
-        )
+        found: Float32 = self._step.run(
+            NetworkInputs(frame, reference, height, displacement)
+        ).astype("float32")
         output = self._step.manifest.output
         return NetworkOutput(found, output.names, output.unit, frame.timestamp_s)
 
@@ -318,7 +318,7 @@ class ForceNetwork(Estimator):
         displacement: DisplacementField | None,
     ) -> Wrench:
         """Return the load."""
-        seen = Observation(frame, reference, height, displacement)
+        seen = NetworkInputs(frame, reference, height, displacement)
         self._last = self._step.run(seen)[self._order] * self._per_mpa
         return self._wrench(self._last - self._zero, frame.timestamp_s)
 

@@ -18,7 +18,7 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float64
 from tactile_core.algorithms.circles import Circle
 from tactile_core.calibration.guided.coverage import Scorer
-from tactile_core.calibration.guided.examination import Bench, Examiner, Verdict
+from tactile_core.calibration.guided.examination import Examiner, TouchBench, Verdict
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.quantities import Frame, Reference
 
@@ -47,7 +47,7 @@ def naming_a_kill() -> Iterator[None]:
 class AtOnce:
     """Does all work in the call itself: for tests and simulated time."""
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: TouchBench) -> None:
         self._examiner, self._scorer = Examiner(bench), Scorer(bench)
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
@@ -74,7 +74,7 @@ class InProcesses:
     A thread would delay live frames, because Python runs one thread at a time.
     """
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: TouchBench) -> None:
         pickled = pickle.dumps(bench)
         self._examiner, self._scorer = _Beside(pickled), _Beside(pickled)
 
@@ -162,7 +162,7 @@ class CHANGE:
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class TouchChange:
     """Change of one frame.
 
     Attributes
@@ -185,7 +185,7 @@ class Change:
     middle_px: Float64
     imprint: Bool
 
-    def motion(self, earlier: Change) -> float:
+    def motion(self, earlier: TouchChange) -> float:
         """Return how much the imprint differs from an earlier one, relative to its strength."""
         where = self.imprint | earlier.imprint
         now, before = self.log_ratio[where], earlier.log_ratio[where]
@@ -211,7 +211,7 @@ class UndeformedCells:
         self._offset = CHANGE.dark_share * reference.full_scale
         self._undeformed = np.log(self._cells(reference.pixels))
 
-    def change(self, frame: Frame) -> Change:
+    def change(self, frame: Frame) -> TouchChange:
         """Compare a frame with the reference."""
         ratio = np.log(self._cells(frame.pixels)) - self._undeformed
         light = np.median(ratio, axis=(0, 1))
@@ -224,7 +224,7 @@ class UndeformedCells:
         y, x = np.mgrid[: energy.shape[0], : energy.shape[1]]
         middle = np.array([(weight * x).sum(), (weight * y).sum()]) / total
         middle_px = (middle + 0.5) * self._scale - 0.5
-        return Change(ratio, light, float(np.sqrt(top)), middle_px, imprint)
+        return TouchChange(ratio, light, float(np.sqrt(top)), middle_px, imprint)
 
     def _cells(self, pixels: np.ndarray) -> np.ndarray:
         cells = shrink_image(pixels, self._size).astype(np.float32)

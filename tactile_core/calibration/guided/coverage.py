@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.guided.examination import Bench
+from tactile_core.calibration.guided.examination import TouchBench
 from tactile_core.calibration.press_search import light_of, relocate_press
 from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import measured_frames
@@ -184,10 +184,10 @@ class Scorer:
 
     Parameters
     ----------
-    bench : Bench
+    bench : TouchBench
     """
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: TouchBench) -> None:
         self._bench = bench
         self._presses: dict[str, FoundPress] = {}
 

@@ -102,7 +102,7 @@ class BENCH:
     least_slope_deg = 5.0
 
 
-class Bench:
+class TouchBench:
     """Prepares frames of a ball for the circle search.
 
     Parameters
@@ -191,7 +191,7 @@ def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
         )
 
 
-class EXAMINATION:
+class TOUCH_EXAMINATION:
     """Limits of a press that is kept. Nothing sets them: they are ratios of lengths."""
 
     # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
@@ -244,14 +244,14 @@ class Examiner:
 
     Parameters
     ----------
-    bench : Bench
+    bench : TouchBench
 
     Attributes
     ----------
     kept : list of FoundPress
     """
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: TouchBench) -> None:
         self._bench = bench
         self.kept: list[FoundPress] = []
         self._brightening: dict[str, Float64] = {}
@@ -290,17 +290,17 @@ class Examiner:
         """Return why a press whose circle was found is not kept; empty if it is."""
         share = press.radius_px / self._bench.touching_px
         depth_mm = (1 - np.sqrt(max(0.0, 1 - share**2))) * press.ball_diameter_mm / 2
-        if visible_share(press) < EXAMINATION.visible:
+        if visible_share(press) < TOUCH_EXAMINATION.visible:
             return "the image border cuts the contact; press further inside"
-        if share < EXAMINATION.smallest_contact:
+        if share < TOUCH_EXAMINATION.smallest_contact:
             return "the contact is too small; press deeper"
-        deepest_mm = EXAMINATION.deepest * press.thickness_mm
-        if share > EXAMINATION.largest_contact or depth_mm > deepest_mm:
+        deepest_mm = TOUCH_EXAMINATION.deepest * press.thickness_mm
+        if share > TOUCH_EXAMINATION.largest_contact or depth_mm > deepest_mm:
             return "the contact is too large; press less deep"
-        if press.circle.radius_std_px > EXAMINATION.irregular * press.ball_radius_px:
+        if press.circle.radius_std_px > TOUCH_EXAMINATION.irregular * press.ball_radius_px:
             return "the contact is not round; press the ball alone, straight down"
         contact = press.area()
-        if press.frame.saturated[contact].any(axis=-1).mean() > EXAMINATION.saturated:
+        if press.frame.saturated[contact].any(axis=-1).mean() > TOUCH_EXAMINATION.saturated:
             return "much of the contact is saturated; press less deep, or expose for less time"
         return ""
 

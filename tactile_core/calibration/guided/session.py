@@ -18,13 +18,13 @@ from tactile_core.calibration.fitted_bundle import KEPT, WITHDRAWN
 from tactile_core.calibration.fitting import calibrate_presses
 from tactile_core.calibration.guided.background import (
     AtOnce,
-    Change,
     InProcesses,
+    TouchChange,
     UndeformedCells,
     naming_a_kill,
 )
 from tactile_core.calibration.guided.coverage import Coverage, Target, score_of, still_helps
-from tactile_core.calibration.guided.examination import Bench, Verdict
+from tactile_core.calibration.guided.examination import TouchBench, Verdict
 from tactile_core.calibration.guided.touch import TOUCH, Guidance, State, Still, Touches
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
@@ -94,7 +94,7 @@ class GuidedCalibration:
         self._reference, self._ball_mm = reference, ball_diameter_mm
         self._model, self._serial, self._gel = model, serial, gel
         self._note: Note = note or (lambda name, values: None)
-        bench = Bench.for_sensor(self.profile, reference, ball_diameter_mm, model)
+        bench = TouchBench.for_sensor(self.profile, reference, ball_diameter_mm, model)
         if reference.pixels.shape[:2] != (
             self.profile.image.height_px,
             self.profile.image.width_px,
@@ -274,7 +274,7 @@ class GuidedCalibration:
         complete = self._coverage.is_complete(list(self._circles.values()))
         return complete and not still_helps(self._errors_deg)
 
-    def _guidance(self, change: Change) -> Guidance:
+    def _guidance(self, change: TouchChange) -> Guidance:
         done, touching = self._enough and not self._examined, self._touches.touching
         state, say = self._advice(done=done)
         x, y = change.middle_px
@@ -341,7 +341,7 @@ def _fit_presses(
     return replace(result, presses=tuple(light))
 
 
-def _light_warning(change: Change) -> str | None:
+def _light_warning(change: TouchChange) -> str | None:
     largest = float(np.abs(change.light).max())
     if largest <= START.largest_drift:
         return None

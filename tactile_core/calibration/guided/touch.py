@@ -12,7 +12,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration.guided.background import Change, UndeformedCells
+from tactile_core.calibration.guided.background import TouchChange, UndeformedCells
 from tactile_core.quantities import Frame
 
 
@@ -90,7 +90,7 @@ class Touches:
 
     def __init__(self, ball_radius_px: float) -> None:
         self._ball_px = ball_radius_px
-        self._recent: deque[tuple[Frame, Change]] = deque()
+        self._recent: deque[tuple[Frame, TouchChange]] = deque()
         self._path: list[tuple[float, np.ndarray]] = []
         self._quiet: deque[float] = deque(maxlen=TOUCH.quiet_frames)
         self.touching = self.since_still = False
@@ -101,7 +101,7 @@ class Touches:
         """Median change of the latest frames in which nothing touched; 0 before there are any."""
         return float(np.median(self._quiet)) if self._quiet else 0.0
 
-    def add(self, frame: Frame, change: Change) -> Still | None:
+    def add(self, frame: Frame, change: TouchChange) -> Still | None:
         """Add a frame; return the press if it has just become still."""
         self.ended_restless = False
         least = max(TOUCH.touches, TOUCH.touches_noise * self.noise)
@@ -129,7 +129,7 @@ class Touches:
         self._recent.clear()
         return Still(middle, self._slid(change), change.middle_px)
 
-    def _is_still(self, frame: Frame, change: Change) -> bool:
+    def _is_still(self, frame: Frame, change: TouchChange) -> bool:
         first = self._recent[0][0]
         if (
             len(self._recent) < TOUCH.still_frames
@@ -139,7 +139,7 @@ class Touches:
         largest = float(np.hypot(TOUCH.still_change, self.noise / change.strength))
         return all(change.motion(earlier) <= largest for _, earlier in self._recent)
 
-    def _slid(self, last: Change) -> float:
+    def _slid(self, last: TouchChange) -> float:
         away = [
             float(np.hypot(*(middle - last.middle_px)))
             for strength, middle in self._path

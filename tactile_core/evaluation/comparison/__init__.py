@@ -8,7 +8,11 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy, Arrays, Truth, common_names
-from tactile_core.evaluation.comparison.report import Clock, interleave_readings, peak_of_stream_mib
+from tactile_core.evaluation.comparison.report import (
+    ComparedClock,
+    interleave_readings,
+    peak_of_stream_mib,
+)
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
 from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
@@ -73,7 +77,7 @@ def compare(
     frames = 0
     with one_thread(), ExitStack() as stack:
         sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
-        clock = Clock([sensor.pipeline for sensor in sensors])
+        clock = ComparedClock([sensor.pipeline for sensor in sensors])
         for readings in interleave_readings([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.read_arrays(name)

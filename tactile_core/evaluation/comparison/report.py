@@ -223,7 +223,7 @@ def interleave_readings(streams: Sequence[Iterator[Reading]]) -> Iterator[list[R
         number += 1
 
 
-class Clock:
+class ComparedClock:
     """Collects the latencies of readings.
 
     The first reading is a warm-up (it prepares tables) and is not counted.

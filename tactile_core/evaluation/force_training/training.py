@@ -46,7 +46,7 @@ class TRAINING:
     noise = 0.6
 
 
-class Batch(NamedTuple):
+class TrainingBatch(NamedTuple):
     """Some samples.
 
     Attributes
@@ -87,7 +87,7 @@ class TrainingSet:
             spread = self.wrench_std / np.float32(cells[0] * cells[1]) ** 0.5
         self.load_std = np.asarray(spread, np.float32)
 
-    def batch(self, chosen: Any) -> Batch:
+    def batch(self, chosen: Any) -> TrainingBatch:
         """Return the samples of these numbers."""
         places = self.index[chosen]
         columns, rows = self._cells
@@ -97,7 +97,7 @@ class TrainingSet:
             unit = self._units[number]
             known.append(unit.loads is not None)
             loads.append(nothing if unit.loads is None else unit.loads[k] / unit.shear_modulus_mpa)
-        return Batch(
+        return TrainingBatch(
             np.stack([self._units[u].images[k] for u, k in places]).astype(np.float32),
             np.stack([self._units[u].reference for u, _ in places]),
             np.stack([self._relative[u][k] for u, k in places]),
@@ -180,8 +180,8 @@ def predict_wrenches(network: Any, unit: UnitSamples) -> Float64:
 
 
 def augment_batch(
-    batch: Batch, rng: np.random.Generator, table: Float32, mirrored: tuple[int, ...] | None
-) -> Batch:
+    batch: TrainingBatch, rng: np.random.Generator, table: Float32, mirrored: tuple[int, ...] | None
+) -> TrainingBatch:
     """Mirror half of the samples, vary light and colour, and add noise."""
     images, references, wrenches, loads, known = batch
     count, channels = len(images), images.shape[3]
@@ -201,10 +201,10 @@ def augment_batch(
         start = int(rng.integers(0, table.size - image.size))
         noise = table[start : start + image.size].reshape(image.shape)
         image += noise * np.float32(rng.uniform(0, TRAINING.noise))
-    return Batch(images, references, wrenches, loads, known)
+    return TrainingBatch(images, references, wrenches, loads, known)
 
 
-def _loss(network: Any, seen: Batch, wrench_std: Any, load_std: Any) -> Any:
+def _loss(network: Any, seen: TrainingBatch, wrench_std: Any, load_std: Any) -> Any:
     planes = planes_of(seen.images, seen.references)
     true = torch.from_numpy(seen.wrenches) / wrench_std
     if not isinstance(network, LoadMap):

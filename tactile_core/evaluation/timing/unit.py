@@ -65,7 +65,7 @@ class StillCamera(Camera):
         return Image(next(self._exposures))
 
 
-class UNIT:
+class TIMED_UNIT:
     """Presses and frames of a virtual unit. They are fixed, so that timings are comparable."""
 
     presses = 8  # [count] Calibration presses
@@ -110,7 +110,7 @@ def virtual_unit(
     *,
     size_px: tuple[int, int] | None = None,
     model: str | None = None,
-    stroke_frames: int = UNIT.stroke_frames,
+    stroke_frames: int = TIMED_UNIT.stroke_frames,
 ) -> VirtualUnit:
     """Render presses of a ball and fit the profile's calibration on them.
 
@@ -139,12 +139,12 @@ def virtual_unit(
     undeformed = take(None, 0)
     condition = Conditioning.for_build(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
-    ball_mm = UNIT.ball_widths * image.width_px * image.mm_per_px
+    ball_mm = TIMED_UNIT.ball_widths * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
     presses = []
-    for seed in range(1, UNIT.presses + 1):
-        x, y = rng.uniform(*UNIT.region, 2) * (image.width_px, image.height_px)
-        ball = BallPress((float(x), float(y)), ball_mm, UNIT.depth_balls * ball_mm)
+    for seed in range(1, TIMED_UNIT.presses + 1):
+        x, y = rng.uniform(*TIMED_UNIT.region, 2) * (image.width_px, image.height_px)
+        ball = BallPress((float(x), float(y)), ball_mm, TIMED_UNIT.depth_balls * ball_mm)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
         frame = condition.mask_markers(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
@@ -159,16 +159,18 @@ def virtual_unit(
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         ball_diameters_mm=(ball_mm,),
-        presses_used=UNIT.presses,
+        presses_used=TIMED_UNIT.presses,
         light_range=light_range(presses, reference),
         profile_hash=profile_hash(profile),
     )
-    frames = tuple(replace(press.frame, marker_mask=None) for press in presses[: UNIT.kept_frames])
+    frames = tuple(
+        replace(press.frame, marker_mask=None) for press in presses[: TIMED_UNIT.kept_frames]
+    )
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
     stroke = []
     for seed, phase in enumerate(np.linspace(0, 2 * np.pi, stroke_frames, endpoint=False)):
-        depth_balls = UNIT.depth_balls * (1 + UNIT.stroke_depth * np.sin(phase))
-        moved_px = np.interp(-np.cos(phase), (-1, 1), UNIT.stroke_px)
+        depth_balls = TIMED_UNIT.depth_balls * (1 + TIMED_UNIT.stroke_depth * np.sin(phase))
+        moved_px = np.interp(-np.cos(phase), (-1, 1), TIMED_UNIT.stroke_px)
         held = BallPress(middle_px, ball_mm, depth_balls * ball_mm)
         stroke.append(take(held, seed, float(moved_px)))
     return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, tuple(stroke))
@@ -221,7 +223,7 @@ def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
     """(H, W, 2) displacement for a unit shear along x: 1 inside the contact, decaying outside."""
     x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
     beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
-    along = np.clip(1 - beyond / UNIT.shear_radii, 0, 1)
+    along = np.clip(1 - beyond / TIMED_UNIT.shear_radii, 0, 1)
     return np.stack([along, np.zeros(shape)], axis=-1)
 
 

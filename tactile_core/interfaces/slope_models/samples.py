@@ -192,7 +192,7 @@ def too_few(presses: Sequence[Press]) -> CalibrationError:
     )
 
 
-class TABLE:
+class SLOPE_TABLE:
     """Parameters of choosing a table.
 
     Nothing sets them: the choice is checked against the model.
@@ -238,9 +238,9 @@ def faithful(
     ColourTable, or None if no grid is fine enough
     """
     sampler = sampler_of(reference, blur_px)
-    step = max(1, len(presses) // TABLE.presses_compared)
-    some = presses[::step][: TABLE.presses_compared]
-    for points in TABLE.points:
+    step = max(1, len(presses) // SLOPE_TABLE.presses_compared)
+    some = presses[::step][: SLOPE_TABLE.presses_compared]
+    for points in SLOPE_TABLE.points:
         candidate = replace(table, points=points)
         field = slope_field(model, candidate, reference, blur_px)
         distances = []
@@ -251,6 +251,6 @@ def faithful(
             exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
             fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
             distances.append(np.linalg.norm(fast - exact, axis=1))
-        if np.concatenate(distances).mean() < TABLE.largest_error:
+        if np.concatenate(distances).mean() < SLOPE_TABLE.largest_error:
             return candidate
     return None

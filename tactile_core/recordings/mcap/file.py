@@ -30,9 +30,9 @@ from tactile_core.recordings.mcap.records import (
     MESSAGE_HEADER,
     SCHEMA,
     STATISTICS,
+    McapRecord,
     McapRecords,
-    Place,
-    Record,
+    RecordPlace,
     text_at,
 )
 from tactile_core.recordings.recording_file import (
@@ -94,7 +94,7 @@ class McapFile(RecordingFile):
     def _read(self, path: Path) -> None:
         """Read everything but the images, and verify all."""
         self.topics: dict[int, tuple[str, str]] = {}
-        self._attachments: dict[str, Place] = {}
+        self._attachments: dict[str, RecordPlace] = {}
         self._schemas: dict[int, str] = {}
         self._counts: dict[int, int] = {}
         self.finished = self.records.finished
@@ -172,14 +172,14 @@ class McapFile(RecordingFile):
             else:
                 self._note(record)
 
-    def _attach(self, record: Record) -> None:
+    def _attach(self, record: McapRecord) -> None:
         """Remember where the content of an attachment is."""
         name, at = text_at(record.content, 16)
         _, at = text_at(record.content, at)
         length = int.from_bytes(record.content[at : at + 8], "little")
-        self._attachments[name] = Place(-1, record.place.start + at + 8, length)
+        self._attachments[name] = RecordPlace(-1, record.place.start + at + 8, length)
 
-    def _note(self, record: Record) -> None:
+    def _note(self, record: McapRecord) -> None:
         """Remember what is needed to read messages."""
         kind, _, content = record
         number = int.from_bytes(content[:2], "little")
@@ -212,7 +212,7 @@ class McapFile(RecordingFile):
         return "; ".join(sentences)
 
 
-def later_reference(attachment: Record) -> str | None:
+def later_reference(attachment: McapRecord) -> str | None:
     """Return the name of the reference in an attachment; None if it is another file."""
     name, _ = text_at(attachment.content, 16)
     found = name.removeprefix(REFERENCES).removesuffix(".npz")
@@ -224,7 +224,7 @@ def _is_image(schema: str, topic: str) -> bool:
     return schema in (RAW_IMAGE, COMPRESSED_IMAGE) and topic.split("/")[3:4] == ["camera"]
 
 
-def _json(record: Record) -> Mapping[str, Any]:
+def _json(record: McapRecord) -> Mapping[str, Any]:
     if record.place.length > _MOST_SMALL_BYTES:
         raise ValueError("an event is too large")
     values = json.loads(bytes(record.content[MESSAGE_HEADER.size :]))

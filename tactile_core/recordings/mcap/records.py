@@ -50,7 +50,7 @@ _BEGINNING = re.compile(rb"[\x06\x09](?=[\s\S]{4}[\s\S]\x00\x00\x00)")
 _EMPTY_CHUNK_BYTES = CHUNK_HEADER.size + _LENGTH.size
 
 
-class Place(NamedTuple):
+class RecordPlace(NamedTuple):
     """Where a record's content is.
 
     Attributes
@@ -66,19 +66,19 @@ class Place(NamedTuple):
     length: int
 
 
-class Record(NamedTuple):
+class McapRecord(NamedTuple):
     """A sound record, or :data:`DAMAGED`.
 
     Attributes
     ----------
     kind : int
-    place : Place
+    place : RecordPlace
         Of its content.
     content : memoryview
     """
 
     kind: int
-    place: Place
+    place: RecordPlace
     content: memoryview
 
 
@@ -93,7 +93,7 @@ class McapRecords:
     ----------
     finished : bool
         Whether the file ends with a sound summary.
-    summary : tuple of Record
+    summary : tuple of McapRecord
         Its records.
     stamp : tuple of int
         Identifies the file and its content, unless it changes within moments.
@@ -137,7 +137,7 @@ class McapRecords:
         self._file.seek(start)
         return self._file.read(length)
 
-    def content(self, place: Place) -> bytes:
+    def content(self, place: RecordPlace) -> bytes:
         """Read the content of a record that an iteration has found.
 
         Raises
@@ -157,7 +157,7 @@ class McapRecords:
             raise InputError(f"{self._path} has changed while it was read; read it again")
         return found
 
-    def __iter__(self) -> Iterator[Record]:
+    def __iter__(self) -> Iterator[McapRecord]:
         """Yield attachments, and in the place of a chunk its records."""
         at, self.damaged_places = len(MAGIC), 0
         self._sound.clear()
@@ -175,7 +175,7 @@ class McapRecords:
                 end = self._next_sound(at + 1)
                 if self.finished or end < self._end or not truncated:
                     self.damaged_places += 1
-                    yield Record(DAMAGED, Place(-1, at, end - at), memoryview(b""))
+                    yield McapRecord(DAMAGED, RecordPlace(-1, at, end - at), memoryview(b""))
             at = end
 
     def _record_at(self, at: int) -> tuple[int, int]:
@@ -215,7 +215,7 @@ class McapRecords:
             return None
         return (at, 0, memoryview(content)) if named else (-1, begin, memoryview(content))
 
-    def _attachment_at(self, at: int) -> Record | None:
+    def _attachment_at(self, at: int) -> McapRecord | None:
         _, end = self._record_at(at)
         start = at + RECORD.size
         header = self.read_at(start, _NAMES_BYTES)
@@ -224,7 +224,7 @@ class McapRecords:
         content = memoryview(self.read_at(start, end - start))
         if zlib.crc32(content[:-4]) != _number(content[-4:]):
             return None
-        return Record(ATTACHMENT, Place(-1, start, end - start), content)
+        return McapRecord(ATTACHMENT, RecordPlace(-1, start, end - start), content)
 
     def _next_sound(self, at: int) -> int:
         """Return the offset of the next sound chunk or attachment; the end if there is none."""
@@ -241,7 +241,7 @@ class McapRecords:
             at += max(1, len(block) - RECORD.size)
         return self._end
 
-    def _summary_records(self) -> Iterator[Record]:
+    def _summary_records(self) -> Iterator[McapRecord]:
         tail_at = self._end - _TAIL_BYTES
         tail = self.read_at(max(0, tail_at), _TAIL_BYTES)
         if tail[RECORD.size + FOOTER_CONTENT.size :] != MAGIC or tail_at < 0:
@@ -262,13 +262,13 @@ class McapRecords:
         return {_LENGTH.unpack_from(content, 16)[0] for content in listed}
 
 
-def _inside(chunk: int, start: int, content: memoryview) -> Iterator[Record]:
+def _inside(chunk: int, start: int, content: memoryview) -> Iterator[McapRecord]:
     """Yield the records in a sound chunk or summary."""
     at = 0
     while at + RECORD.size <= len(content):
         kind, length = RECORD.unpack_from(content, at)
         at += RECORD.size
-        yield Record(kind, Place(chunk, start + at, length), content[at : at + length])
+        yield McapRecord(kind, RecordPlace(chunk, start + at, length), content[at : at + length])
         at += length
 
 

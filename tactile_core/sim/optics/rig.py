@@ -21,7 +21,7 @@ from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignet
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
-from tactile_core.sim.optics.surface import Membrane, Surface
+from tactile_core.sim.optics.surface import Membrane, OpticalSurface
 
 
 class SHADOWS:
@@ -184,7 +184,7 @@ class RigOptics:
         markers_px: NDArray[Any] | None = None,
         *,
         finite: bool = False,
-    ) -> Surface:
+    ) -> OpticalSurface:
         """Prepare a gel surface for :meth:`photograph`; parameters as for :meth:`expose`."""
         height = self._check_values(height_mm, self._shape, "height_mm", finite)
         displacement = None
@@ -199,13 +199,18 @@ class RigOptics:
         return self._membrane.state(height, displacement, markers_px)
 
     def photograph(
-        self, surface: Surface, levels: Mapping[str, float], *, frame: int = 0, exposure: int = 0
+        self,
+        surface: OpticalSurface,
+        levels: Mapping[str, float],
+        *,
+        frame: int = 0,
+        exposure: int = 0,
     ) -> NDArray[Any]:
         """Take one exposure under some lights.
 
         Parameters
         ----------
-        surface : Surface
+        surface : OpticalSurface
         levels : mapping of light to brightness
             0..1; other lights are off.
         frame, exposure : int
@@ -218,7 +223,12 @@ class RigOptics:
         return self._take_exposures(surface, [levels], frame, first=exposure)[0]
 
     def _take_exposures(
-        self, surface: Surface, levels: Sequence[Mapping[str, float]], frame: int, *, first: int
+        self,
+        surface: OpticalSurface,
+        levels: Sequence[Mapping[str, float]],
+        frame: int,
+        *,
+        first: int,
     ) -> list[NDArray[Any]]:
         """Take exposures under some lights each, as (H, W, K); ``first`` is the first's number."""
         mixing = (self._mixing * self._faults.overexposure).astype(np.float32)

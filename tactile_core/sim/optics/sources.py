@@ -15,7 +15,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.shadows import Shade, Shadows, cast
-from tactile_core.sim.optics.surface import Surface
+from tactile_core.sim.optics.surface import OpticalSurface
 
 
 class SEMI_SPECULAR:
@@ -257,7 +257,7 @@ class Shining:
     sources : tuple of (number, LightSource, level, exposure)
         Index of each light in the rig, the light, its brightness, and the exposure in which it is
         on.
-    surface : Surface
+    surface : OpticalSurface
     colours : tuple of str
         Names of the K colours of the camera. A light that feeds none of them feeds all.
     exposures : int
@@ -265,7 +265,7 @@ class Shining:
     """
 
     sources: tuple[tuple[int, LightSource, float, int], ...]
-    surface: Surface
+    surface: OpticalSurface
     colours: tuple[str, ...]
     exposures: int = 1
 

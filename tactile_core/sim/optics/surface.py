@@ -17,7 +17,7 @@ from tactile_core.sim.optics.markers import MarkerPrint
 from tactile_core.sim.refinement import BandedMatrix
 
 
-class SURFACE:
+class MEMBRANE:
     """Parameters of the rendered surface."""
 
     margin = 0.1  # [image widths] Border around the image that shear may move into it
@@ -27,7 +27,7 @@ class SURFACE:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class OpticalSurface:
     """One state of the gel surface, ready to be illuminated.
 
     Attributes
@@ -60,7 +60,7 @@ class Surface:
         if size not in self._reduced:
             height = self.relief_mm
             relief_mm = float(height.max() - height.min())
-            casts = relief_mm >= SURFACE.min_shadow_relief_mm
+            casts = relief_mm >= MEMBRANE.min_shadow_relief_mm
             self._reduced[size] = _average_pixels(height, size) if casts else None
         return self._reduced[size]
 
@@ -112,7 +112,7 @@ class Membrane:
                 self._shape, mm_per_px=image.mm_per_px, radius_mm=profile.gel.radius_mm
             )
             self._rest_slopes = _slopes(self.rest_mm, image.mm_per_px)
-        self._margin = round(SURFACE.margin * image.width_px)
+        self._margin = round(MEMBRANE.margin * image.width_px)
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
@@ -141,7 +141,7 @@ class Membrane:
         height_mm: Float32,
         displacement_mm: Float32 | None = None,
         markers_px: NDArray[np.float64] | None = None,
-    ) -> Surface:
+    ) -> OpticalSurface:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._move_textures(displacement_mm)
         reflectance = None
@@ -155,7 +155,7 @@ class Membrane:
         relief = height_mm
         if self._scratches is not None:
             relief = height_mm + _plane(textures, self._scratches)
-        return Surface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
+        return OpticalSurface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
     def _move_textures(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
@@ -223,7 +223,7 @@ def _grain(
     """Factor about 1 of the given standard deviation and correlation length."""
     noise = rng.standard_normal(shape, np.float32)
     if size_px > 1:
-        sigma_px = size_px / SURFACE.sigmas_per_grain
+        sigma_px = size_px / MEMBRANE.sigmas_per_grain
         noise = np.asarray(cv2.GaussianBlur(noise, (0, 0), sigma_px), np.float32)
         noise /= noise.std()
     return np.asarray(np.maximum(1 + np.float32(deviation) * noise, 0), np.float32)

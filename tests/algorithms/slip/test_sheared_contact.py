@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import positions_mm
-from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
+from tactile_core.algorithms.slip.sheared_contact import ContactLoad, ShearedContact
 
 SPACING_MM, SHAPE, RADIUS_MM = 0.22, (60, 80), 4.0
 PLACE = positions_mm(SHAPE, SPACING_MM)
 CONTACT = np.abs(PLACE) < RADIUS_MM
-LOAD = Load(area=50.0, depth=5.0)
+LOAD = ContactLoad(area=50.0, depth=5.0)
 
 
 class Sheared:
@@ -35,11 +35,11 @@ class Sheared:
         self._field = self._field + step * (1 - stopped) / (1 + 6 * beyond)
         return self.look()
 
-    def add(self, field: NDArray[Any], load: Load = LOAD) -> Cues:
+    def add(self, field: NDArray[Any], load: ContactLoad = LOAD) -> Cues:
         self._field = self._field + field
         return self.look(load)
 
-    def look(self, load: Load = LOAD) -> Cues:
+    def look(self, load: ContactLoad = LOAD) -> Cues:
         noise = self._rng.normal(0, self._noise_mm, (2, *SHAPE))
         field = (self._field + noise[0] + 1j * noise[1]).astype(np.complex64)
         return self.contact.update(field, CONTACT, load, blurred=self._blurred)
@@ -80,7 +80,7 @@ def test_the_degree_rises_as_the_stick_region_shrinks_and_most_when_it_stops() -
 def test_the_spread_under_a_growing_load_is_not_shear() -> None:
     surface = Sheared()
     for number in range(1, 6):
-        cues = surface.add(0.01 * PLACE, Load(50.0, 5.0 * 1.3**number))
+        cues = surface.add(0.01 * PLACE, ContactLoad(50.0, 5.0 * 1.3**number))
     assert cues == Cues(entropy_bits=pytest.approx(0, abs=1e-9), motion_mm=0.0)
 
 

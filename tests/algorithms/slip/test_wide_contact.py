@@ -7,7 +7,7 @@ import pytest
 
 from tactile_core.algorithms.slip.cues import Cues
 from tactile_core.algorithms.slip.recent_fields import positions_mm
-from tactile_core.algorithms.slip.sheared_contact import Load, ShearedContact
+from tactile_core.algorithms.slip.sheared_contact import ContactLoad, ShearedContact
 from tactile_core.algorithms.slip.stick_region import (
     fills_view,
     smooth_displacement,
@@ -28,7 +28,7 @@ def sheared(lag: float, frames: int = 12, *, wide: bool = True) -> Cues:
     for number in range(frames):
         noise = rng.normal(0, 0.001, (2, *SHAPE))
         field = 0.04 * number * (1 - lag * beyond) + noise[0] + 1j * noise[1]
-        cues = contact.update(field.astype(np.complex64), VIEW, Load(50.0, 5.0), wide=wide)
+        cues = contact.update(field.astype(np.complex64), VIEW, ContactLoad(50.0, 5.0), wide=wide)
     return cues
 
 
@@ -43,7 +43,7 @@ def test_an_object_that_stops_and_returns_does_not_slip() -> None:
     steps = [0.05] * 6 + [0.0] * 6 + [-0.05] * 6
     for moved in np.cumsum([0.0, *steps]):
         field = np.full(SHAPE, moved, np.complex64)
-        cues = contact.update(field, VIEW, Load(50.0, 5.0), wide=True)
+        cues = contact.update(field, VIEW, ContactLoad(50.0, 5.0), wide=True)
         assert cues.degree < 0.1
 
 
@@ -53,7 +53,7 @@ def test_a_surface_that_stops_at_once_while_it_lags_slips() -> None:
     fields = [0.2 * number * np.ones(SHAPE) for number in range(6)]
     fields += [fields[-1] + 0.2 * (1 - beyond), fields[-1] + 0.21 * (1 - beyond)]
     for field in fields:
-        cues = contact.update(field.astype(np.complex64), VIEW, Load(50.0, 5.0), wide=True)
+        cues = contact.update(field.astype(np.complex64), VIEW, ContactLoad(50.0, 5.0), wide=True)
     assert cues.degree > 0.9
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from support.mjpeg_server import BOUNDARY, Answer, Exchange, MjpegServer, jpeg
 
-from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptions, VideoSource
+from tactile_core.builtin.cameras.stream_camera import StreamCamera, StreamOptions, VideoStream
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceBusy, DeviceError, InputError
 from tactile_core.testing.imports import Footprint
 
@@ -312,7 +312,7 @@ def test_what_ffmpeg_reads_is_delivered_until_it_ends() -> None:
             exchange.send_image(jpeg(value))
 
     with MjpegServer(answer) as server:
-        source = VideoSource(server.url, "the video", 5.0)
+        source = VideoStream(server.url, "the video", 5.0)
         images = [source.grab() for _ in range(18)]
         with pytest.raises(CameraLost, match="the video ended"):
             [source.grab() for _ in range(18)]

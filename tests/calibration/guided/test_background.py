@@ -11,7 +11,7 @@ import pytest
 from experiments.virtual_hand import VirtualHand
 from tactile_core.acquisition.acquisition import average
 from tactile_core.calibration.guided.background import InProcesses
-from tactile_core.calibration.guided.examination import Bench
+from tactile_core.calibration.guided.examination import TouchBench
 
 SMALL = {
     "image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.09},
@@ -19,10 +19,10 @@ SMALL = {
 }
 
 
-def made_bench() -> tuple[Bench, VirtualHand]:
+def made_bench() -> tuple[TouchBench, VirtualHand]:
     hand = VirtualHand("desktop_three_colour", 200, SMALL)
     reference = average(list(hand.idle(5)))
-    return Bench.for_sensor(hand.profile, reference, 2 * hand.ball_mm, None), hand
+    return TouchBench.for_sensor(hand.profile, reference, 2 * hand.ball_mm, None), hand
 
 
 def judge() -> None:

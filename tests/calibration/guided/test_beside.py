@@ -10,8 +10,8 @@ import pytest
 from tactile_core import open_sensor
 from tactile_core.calibration.guided.examination import (
     BESIDE,
-    Bench,
     Examiner,
+    TouchBench,
     with_something_beside,
 )
 from tactile_core.profiles.loader import load_profile
@@ -44,7 +44,7 @@ def test_no_ball_on_a_real_sensor_is_taken_for_two(recordings: Path) -> None:
         sensor.read()
         reference = sensor.pipeline.reference
     assert reference is not None
-    examiner = Examiner(Bench.for_sensor(profile, reference, 6.31))
+    examiner = Examiner(TouchBench.for_sensor(profile, reference, 6.31))
     reasons = set()
     for press in sorted(folder.glob("press_*.png"))[:9]:
         with open_sensor(profile, input=press, reference=reference) as sensor:

@@ -14,6 +14,8 @@ PORTABLE := tests/algorithms/arrays/test_annotations.py tests/quantities tests/f
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
 PLUGINS := $(wildcard plugins/tactile-*)
+# Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs wheels try-wheels clean
 

@@ -27,8 +27,8 @@ def calibrated(lab: VirtualLab, out: Path, *words: str, typed: str | None) -> tu
     command += ["--reference", lab.reference, "--ball-diameter-mm", 4, "--model", "core.polynomial"]
     keyboard, terminal = pty.openpty()
     os.write(keyboard, f"{typed}\n".encode())
-    given = Path(os.devnull).open() if typed is None else os.fdopen(os.dup(terminal))
-    with given, patch("sys.stdin", given):
+    stdin = os.open(os.devnull, os.O_RDONLY) if typed is None else os.dup(terminal)
+    with os.fdopen(stdin) as given, patch("sys.stdin", given):
         done = tactile(*command)
     os.close(keyboard)
     os.close(terminal)

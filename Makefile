@@ -14,8 +14,10 @@ PORTABLE := tests/algorithms/arrays/test_annotations.py tests/quantities tests/f
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
 PLUGINS := $(wildcard plugins/tactile-*)
+# Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak fuzz mutants bench docs wheels try-wheels clean
+.PHONY: demo test test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak soak-alone soak-together fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -77,8 +79,15 @@ lint: .venv/installed
 	$(BIN)/lint-imports
 
 # What runs for minutes: thousands of frames and of openings, hundreds of unplugs; SOAK=0.1 runs a tenth.
-soak: .venv/installed
-	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests plugins
+soak: soak-alone soak-together
+
+# A webcam's 30 Hz through the whole chain, which needs a processor for itself.
+soak-alone: .venv/installed
+	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests/hardware
+
+# The rest, two at a time, as most wait for devices.
+soak-together: .venv/installed
+	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware tests plugins
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
 fuzz: .venv/installed

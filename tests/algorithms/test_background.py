@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -21,12 +21,14 @@ def light(a: float, b: float, c: float) -> NDArray[np.float64]:
 
 
 @given(COEFFICIENT, COEFFICIENT, COEFFICIENT)
+@settings(max_examples=30)
 def test_a_flat_gel_is_its_own_background(a: float, b: float, c: float) -> None:
     undeformed = np.stack([light(a, b, c), light(b, c, a)], axis=2)
     np.testing.assert_allclose(smooth_background(undeformed), undeformed, rtol=1e-4)
 
 
 @given(COEFFICIENT, st.integers(6, 60), st.floats(0.3, 2.0))
+@settings(max_examples=30)
 def test_a_groove_leaves_no_trace(a: float, column: int, gain: float) -> None:
     undeformed = light(a, -a, 0.1)[..., None]
     pressed = undeformed.copy()

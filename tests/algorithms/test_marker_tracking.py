@@ -190,7 +190,7 @@ def test_a_rigid_step_of_half_a_pitch_loses_no_marker() -> None:
 
 def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
     return [
-        pytest.param(shear, 200, id=name),
+        pytest.param(shear, 100, id=name),
         pytest.param(shear, share_of(10_000), id=f"{name}, long", marks=pytest.mark.soak),
     ]
 

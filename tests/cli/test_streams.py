@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support import command_line
 from support.unruly_sensor import FAKES, profile
 
 from tactile_core.cli.output import printable_lines
@@ -181,17 +182,17 @@ def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
 
 
 def test_messages_contain_no_control_characters() -> None:
-    done = tactile("validate", "gone\x1b[31m\x07\u202e.yaml")
+    done = command_line.tactile("validate", "gone\x1b[31m\x07\u202e.yaml")
     assert done.returncode == 2
     assert "gone\\x1b[31m\\x07\\u202e.yaml" in done.stderr
     assert not any(character in done.stderr for character in "\x1b\x07\u202e")
-    assert "\x1b" not in tactile("frob\x1b[31m").stderr
+    assert "\x1b" not in command_line.tactile("frob\x1b[31m").stderr
 
 
 def test_messages_keep_their_line_breaks(tmp_path: Path) -> None:
     path = tmp_path / "two.yaml"
     path.write_text("schema: 1\nname: two\nimage: {width_px: -1, height_px: -1, mm_per_px: 0.1}\n")
-    assert len(tactile("validate", path).stderr.splitlines()) >= 3
+    assert len(command_line.tactile("validate", path).stderr.splitlines()) >= 3
 
 
 def test_every_locale_can_print_every_name(tmp_path: Path) -> None:
@@ -247,7 +248,7 @@ def test_a_number_or_name_that_makes_no_sense_is_refused(
         words = (*(word for word in words if word != "--ball"), "--ball-diameter-mm", ball)
         words += ("--presses", tmp_path / "press", "--reference", tmp_path / "rest")
         words += ("--out", tmp_path / "bundle")
-    done = tactile(*words)
+    done = command_line.tactile(*words)
     assert (done.returncode, done.stdout) == (2, ""), done.stderr
     assert named in done.stderr
     assert "bug" not in done.stderr

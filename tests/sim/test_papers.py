@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
@@ -81,6 +82,7 @@ def can() -> Sheared:
     return _shear("cylinder")
 
 
+@cache
 def _shear(kind: str) -> Sheared:
     surface = _pressed(kind)
     before, nodes_before = surface.truth(), surface.state.displacement_mm[:2]

@@ -49,7 +49,7 @@ def unit() -> VirtualUnit:
 
 @pytest.fixture(scope="module")
 def result(lab: VirtualLab) -> Benches:
-    return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.2)
+    return bench([marked(), lab.profile], sizes_px=[SMALL], seconds=0.05)
 
 
 def test_another_size_shows_the_same_field_of_view(unit: VirtualUnit) -> None:

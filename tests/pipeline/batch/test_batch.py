@@ -140,7 +140,7 @@ def kill_one() -> None:
 def test_a_killed_process_loses_nothing(
     lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    inputs = many_recordings(lab, tmp_path / "long", NAMES, frames=60)
+    inputs = many_recordings(lab, tmp_path / "long", NAMES[:2], frames=60)
     alone = list(batch(lab, inputs, out=None, save=()).measure())
     steps, killed = plan.in_processes, []
 
@@ -156,7 +156,7 @@ def test_a_killed_process_loses_nothing(
     found = list(batch(lab, inputs).measure(workers=2))
     assert killed
     assert [steady(one) for one in found] == [steady(one) for one in alone]
-    assert sorted(path.name for path in (tmp_path / "results").iterdir()) == list(NAMES)
+    assert sorted(path.name for path in (tmp_path / "results").iterdir()) == list(NAMES[:2])
 
 
 @pytest.mark.soak

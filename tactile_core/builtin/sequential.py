@@ -1,4 +1,4 @@
-"""``core.sequential`` and ``core.replay``: lights in turn, and images of a recording."""
+"""``core.sequential`` and ``core.replay``: sequential lights, and images of a recording."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ from tactile_core.bundles.manifest import (
 )
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
-from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.slope_errors import SlopeErrors

@@ -22,7 +22,7 @@ from pydantic import (
 
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.files import plain_text, write_atomically
-from tactile_core.formats.json import printable
+from tactile_core.formats.text import printable
 
 Pairs = tuple[tuple[FiniteFloat, FiniteFloat], ...]
 Size = Annotated[FiniteFloat, Field(ge=0)]

@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 from tactile_core.errors import InputError
-from tactile_core.formats.json import plain, printable
+from tactile_core.formats.text import plain, printable
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress

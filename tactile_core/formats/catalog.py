@@ -10,8 +10,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.formats.json import printable, shorten_repr
 from tactile_core.formats.scan import read_table
+from tactile_core.formats.text import printable, shorten_repr
 
 CATALOG_FILE = "catalog.csv"  # File name of the catalogue
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
-from tactile_core.formats.json import printable, shorten_repr
 from tactile_core.formats.scan import finite_number, observation_name, read_table
+from tactile_core.formats.text import printable, shorten_repr
 
 if TYPE_CHECKING:
     from tactile_core.algorithms.circles import Circle

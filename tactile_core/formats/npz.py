@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
 from tactile_core.formats.images import read_image, write_png
-from tactile_core.formats.json import printable
+from tactile_core.formats.text import printable
 from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.quantity import Guard, pass_errors

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
-from tactile_core.formats.json import shorten_repr
+from tactile_core.formats.text import shorten_repr
 
 MOST = 1e9  # Largest magnitude of any number in a profile, in any unit
 

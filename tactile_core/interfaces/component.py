@@ -7,7 +7,7 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from tactile_core.formats.json import shorten_repr
+from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.gel import Gel, Optics
 from tactile_core.interfaces.image import ImageSection
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from tactile_core.errors import InputError
 from tactile_core.formats.folders import make_folder
-from tactile_core.formats.json import plain
+from tactile_core.formats.text import plain
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
 from tactile_core.quantities import Frame, Quantity

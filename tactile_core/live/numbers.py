@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.formats.json import plain
+from tactile_core.formats.text import plain
 from tactile_core.interfaces.sink import Reading
 from tactile_core.plugins.blame import blame_of
 from tactile_core.quantities import Quantity

@@ -14,7 +14,7 @@ import numpy as np
 
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import InputError
-from tactile_core.formats.json import plain
+from tactile_core.formats.text import plain
 from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import Parts
 from tactile_core.live.numbers import entries_of

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tactile_core.algorithms.drift import DRIFT
-from tactile_core.formats.json import plain
+from tactile_core.formats.text import plain
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Frame, MarkerField, Quantity, Reference

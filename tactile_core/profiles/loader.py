@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from tactile_core.errors import InputError, Place, Problem, ProfileError
 from tactile_core.formats.files import expand_home, is_file
-from tactile_core.formats.json import shorten_repr
+from tactile_core.formats.text import shorten_repr
 from tactile_core.profiles.components import check_components
 from tactile_core.profiles.components import validate_components as validate_components
 from tactile_core.profiles.model import Profile

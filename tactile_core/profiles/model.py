@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from tactile_core.formats.json import shorten_repr
+from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.component import Component, Lighting
 from tactile_core.interfaces.gel import Gel, Optics, markers_misfit

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import Place, Problem, ProfileError
-from tactile_core.formats.json import printable
+from tactile_core.formats.text import printable
 
 _LONGEST_KEY = 60
 

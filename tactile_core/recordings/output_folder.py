@@ -15,7 +15,7 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text, remove_leftovers, temporary_path
 from tactile_core.formats.folders import fresh_folder, make_folder, rename_new, replace_folder
-from tactile_core.formats.json import plain, printable
+from tactile_core.formats.text import plain, printable
 from tactile_core.recordings.inputs import Inputs
 
 # Name of the list of written files in the folder: one JSON object per line, append-only.

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from tactile_core.errors import InputError
 from tactile_core.formats.files import temporary_path
 from tactile_core.formats.folders import rename_new
-from tactile_core.formats.json import printable
 from tactile_core.formats.scan import SCAN_FILE
+from tactile_core.formats.text import printable
 from tactile_core.formats.video import VIDEO_SUFFIXES
 from tactile_core.recordings.mcap.file import McapFile, later_reference
 from tactile_core.recordings.mcap.quantities import IMAGE_INFO

@@ -16,8 +16,8 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import find_catalog
-from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.scan import Crop
+from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.calibrator import Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.plugins.registry import resolve

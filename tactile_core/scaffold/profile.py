@@ -12,7 +12,7 @@ from typing import Any
 from tactile_core.errors import InputError
 from tactile_core.formats.files import plain_text, remove_leftovers, write_atomically
 from tactile_core.formats.folders import make_folder
-from tactile_core.formats.json import printable
+from tactile_core.formats.text import printable
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.scaffold.markers import PictureFinding

@@ -14,8 +14,8 @@ from tactile_core.algorithms.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
 from tactile_core.conditioning.conditioning import ONLY_DARK
 from tactile_core.errors import InputError
-from tactile_core.formats.json import shorten_repr
 from tactile_core.formats.target import read_target
+from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels

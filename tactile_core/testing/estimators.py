@@ -6,6 +6,7 @@ import json
 import pickle
 from collections.abc import Collection, Iterator, Mapping
 from copy import deepcopy
+from functools import cache
 
 from tactile_core.errors import PluginError
 from tactile_core.formats.npz import arrays_of, quantities_in
@@ -60,8 +61,14 @@ def _is_useful(step: Step, made: Mapping[type[Quantity], Quantity]) -> bool:
     return not made.keys() >= set(step.gives) and step.missing(made) is None
 
 
+@cache
+def _core() -> Registered:
+    """What the core registers, whose profiles take long to load."""
+    return Registered("core", {})
+
+
 def _steps(registered: Registered, context: SensorContext, without: str) -> Iterator[Step]:
-    for source in (registered, Registered("core", {})):
+    for source in (registered, _core()):
         for part in source.estimators():
             try:
                 if part.use != without:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_core.formats.json import printable, shorten_repr
+from tactile_core.formats.text import printable, shorten_repr
 
 
 @pytest.mark.parametrize(

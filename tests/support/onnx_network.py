@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.formats.json import yaml_text
+from tactile_core.formats.text import yaml_text
 
 _FLOAT, _INT = 1, 2
 """Types of a tensor's elements and of an attribute in ONNX."""

@@ -18,8 +18,8 @@ from tactile_core.algorithms.force_fit.cell_axes import (
 from tactile_core.algorithms.force_fit.clock_offset import ClockOffset, clock_offset
 from tactile_core.calibration.force.recorded_features import RecordedFeatures
 from tactile_core.errors import CalibrationError, InputError
-from tactile_core.formats.json import printable
 from tactile_core.formats.labels import ForceTable
+from tactile_core.formats.text import printable
 from tactile_core.interfaces.estimator import COMPONENTS, ForceSamples
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
-from tactile_core.formats.json import mapping_of
+from tactile_core.formats.text import mapping_of
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.plugins.registry import resolve

@@ -14,7 +14,7 @@ import torch
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.evaluation.force_training.scores import ForceScore
 from tactile_core.formats.files import write_atomically
-from tactile_core.formats.json import yaml_text
+from tactile_core.formats.text import yaml_text
 from tactile_core.profiles.model import Profile
 
 OPSET = 13  # Of ONNX: old enough for every OpenCV that the project supports

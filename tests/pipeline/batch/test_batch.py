@@ -129,7 +129,7 @@ def working() -> list[int]:
     """Return the numbers of the worker processes of this one."""
     children = Path(f"/proc/{os.getpid()}/task").glob("*/children")
     numbers = [int(number) for path in children for number in path.read_text().split()]
-    return [n for n in numbers if "worker_process" in Path(f"/proc/{n}/cmdline").read_text()]
+    return [n for n in numbers if "pipeline.workers" in Path(f"/proc/{n}/cmdline").read_text()]
 
 
 def kill_one() -> None:

@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 from experiments.slip_trials import LIFT_FRAME, area, area_within
 from tactile_core import MarkerField, open_sensor
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
-from tactile_core.algorithms.slip.state import imprint_evidence
 from tactile_core.conditioning.conditioning import MarkerFinder
-from tactile_core.quantities import ShearRelease
 
 ROOT = Path(__file__).resolve().parents[1]
 PROFILE = "hex_fingertip"
@@ -63,10 +61,9 @@ def lifts(folder: Path, step: int) -> Iterator[Lift]:
                     assert found is not None
                     given = pixels, markers.px, found.diameter_px, markers.mm_per_px
                     trackers = [ImprintTracker(*given, change_per_mm=k) for k in TRIED]
-                released = reading[ShearRelease].released
                 changes = [t.update(pixels, markers.px, markers.timestamp_s) for t in trackers]
                 weakness = weakness or -changes[0].strength
-                row_of = [imprint_evidence(c.changed, 0.0, released, 1.0) for c in changes]
+                row_of = [c.changed for c in changes]
                 evidence.append(row_of if number > LIFT_FRAME else [0.0] * len(TRIED))
         slipped = row["label_stable1_slip0"] == "0"
         yield Lift(row["object"], slipped, np.array(evidence).T, weakness)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.builtin.contact import Displacement
-from tactile_core.builtin.imprint_motion import MotionOfImprint, ReleaseOfShear
+from tactile_core.builtin.imprint_motion import MotionOfImprint
 from tactile_core.builtin.optical_flow import ShearOfContact
 from tactile_core.builtin.slip import Slip
 from tactile_core.builtin.slip_contact import SlipContactFinder
@@ -282,7 +282,6 @@ class SlipSteps:
                 "slip_contact": SlipContactFinder(Options(), context),
                 "shear": ShearOfContact(ShearOfContact.Options(), context),
                 "imprint": MotionOfImprint(Options(), context),
-                "release": ReleaseOfShear(Options(), context),
                 "slip": Slip(Slip.Options(), context),
             }
         )

@@ -115,7 +115,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Shear of a contact",
         "The motion of a contact in the displacement field, and the share of it that sticks.",
         (
-            "slip.recent_fields",
+            "slip.plane",
             "slip.stick_region",
             "slip.sheared_contact",
             "entropy",

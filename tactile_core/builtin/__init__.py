@@ -86,7 +86,6 @@ def tactile_estimators() -> Mapping[str, str]:
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.poisson:RobustPoisson",
-        "shear_release": "tactile_core.builtin.imprint_motion:ReleaseOfShear",
         "slip": "tactile_core.builtin.slip:Slip",
         "slip_contact": "tactile_core.builtin.slip_contact:SlipContactFinder",
         "marker_tracking": "tactile_core.builtin.contact:MarkerTracking",

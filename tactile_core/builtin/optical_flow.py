@@ -14,13 +14,12 @@ from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.displacement import flow
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.slip.imprint import VIEW
-from tactile_core.algorithms.slip.recent_fields import coarse, coarse_field, pick_pixels, stride_of
-from tactile_core.algorithms.slip.sheared_contact import (
-    SHEARED_CONTACT,
+from tactile_core.algorithms.slip.plane import coarse_field, pick_pixels, stride_of
+from tactile_core.algorithms.slip.shear_field import (
+    SHEAR_FIELD,
     ContactLoad,
     ShearedContact,
 )
-from tactile_core.algorithms.slip.stick_region import STICK_REGION, fills_view
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
@@ -130,11 +129,8 @@ class OpticalFlow(Estimator):
         return kept[1]
 
 
-class SHEAR:
-    """Parameters of the step that are not options."""
-
-    # [count] Grid points with a valid displacement that are needed to ignore the others.
-    min_valid_points = 12
+# Grid points with a valid displacement that are needed to ignore the others.
+_MIN_VALID_POINTS = 12
 
 
 class _Observation(NamedTuple):
@@ -143,17 +139,11 @@ class _Observation(NamedTuple):
     field: Complex64
     mask: Bool
     load: ContactLoad
-    blurred: bool
-    wide: bool
-    std_mm: float | None
-    markers: int | None
     time_s: float
 
 
 class ShearOfContact(Estimator):
-    """Measure slip in the displacement field.
-
-    The degree of slip grows as the stick region shrinks, and as it decelerates.
+    """Measure the shear of the contact in the displacement field, and the share that slips.
 
     References
     ----------
@@ -165,19 +155,13 @@ class ShearOfContact(Estimator):
         """Options of the step."""
 
         window_mm: PositiveFloat = Field(
-            default=SHEARED_CONTACT.window_mm,
+            default=SHEAR_FIELD.window_mm,
             description="Motion of the contact over which slip is measured, in mm.",
         )
-        tolerance: float = Field(
-            default=SHEARED_CONTACT.tolerance,
-            gt=0,
-            lt=1,
-            description="A point sticks if it lags behind the stick region by less than this share "
-            "of its motion; up to 2.5 times that in rotation if the contact is found in the image.",
-        )
         noise_mm: PositiveFloat = Field(
-            default=STICK_REGION.noise_mm,
-            description="Noise of a displacement along x or y, in mm.",
+            default=SHEAR_FIELD.noise_mm,
+            description="Noise of a displacement along x or y, in mm: a point that lags behind the "
+            "others by 4 times as much slips.",
         )
 
     stateful = True
@@ -189,11 +173,8 @@ class ShearOfContact(Estimator):
         self._contact = ShearedContact(
             self._stride * context.image.mm_per_px,
             window_mm=chosen.window_mm,
-            tolerance=chosen.tolerance,
             noise_mm=chosen.noise_mm,
         )
-        self._valid: Bool | None = None
-        self._supported: Bool | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -210,11 +191,11 @@ class ShearOfContact(Estimator):
         self, contact: SlipContact, displacement: DisplacementField, markers: MarkerField | None
     ) -> ContactShear:
         """Return the shear; without contact only whether the field is usable."""
-        seen = None if markers is None else int(np.count_nonzero(markers.seen))
-        supported = self._supported_points(displacement.valid)
-        if (seen is not None and seen < VIEW.min_markers) or supported is None:
+        time_s, valid = displacement.timestamp_s, pick_pixels(displacement.valid, self._stride)
+        few = markers is not None and np.count_nonzero(markers.seen) < VIEW.min_markers
+        if few or not valid.any():
             self.reset()
-            return ContactShear(False, timestamp_s=displacement.timestamp_s)
+            return ContactShear(False, timestamp_s=time_s)
         grid = grid_of(contact, "mask")
         # that of the step before has a grid of this stride
         mask = (
@@ -222,62 +203,25 @@ class ShearOfContact(Estimator):
         )
         if not np.count_nonzero(mask):
             self.reset()
-            return ContactShear(True, timestamp_s=displacement.timestamp_s)
-        valid = mask & supported
-        chosen = valid if np.count_nonzero(valid) >= SHEAR.min_valid_points else mask
-        wide = fills_view(mask)
+            return ContactShear(True, timestamp_s=time_s)
+        measured = mask & valid
         self._last = _Observation(
-            coarse_field(
-                displacement.cells_mm,
-                displacement.valid.shape,
-                self._stride,
-            ),
-            chosen,
+            coarse_field(displacement.cells_mm, displacement.valid.shape, self._stride),
+            measured if np.count_nonzero(measured) >= _MIN_VALID_POINTS else mask,
             ContactLoad(contact.area, contact.depth),
-            contact.source == "image",
-            wide,
-            self._std_mm(displacement, chosen) if wide else None,
-            seen,
-            displacement.timestamp_s,
+            time_s,
         )
         return self._measure_shear(self._last)
 
     def _measure_shear(self, now: _Observation) -> ContactShear:
-        cues = self._contact.update(
-            now.field,
-            now.mask,
-            now.load,
-            blurred=now.blurred,
-            wide=now.wide,
-            std_mm=now.std_mm,
-            markers=now.markers,
-        )
-        degree = cues.degree
+        shear = self._contact.update(now.field, now.mask, now.load)
         return ContactShear(
             True,
-            degree,
-            cues.stick_share,
-            cues.motion_mm,
-            cues.rotation_mm,
-            math.degrees(cues.rotation_rad),
-            cues.entropy_bits,
+            shear.stick_share,
+            shear.motion_mm,
+            shear.rotation_mm,
+            math.degrees(shear.rotation_rad),
+            shear.entropy_bits,
             self._contact.restarted,
-            cues.std_of(degree),
-            cues.deceleration,
             now.time_s,
         )
-
-    def _supported_points(self, valid: Bool) -> Bool | None:
-        """Return where a field is valid on the grid, (h, w); None if nowhere, by its (H, W)."""
-        # most often the array is that of the frame before
-        if valid is not self._valid:
-            self._valid = valid
-            self._supported = pick_pixels(valid, self._stride) if valid.any() else None
-        return self._supported
-
-    def _std_mm(self, displacement: DisplacementField, chosen: Bool) -> float | None:
-        """Typical standard deviation of a field at the chosen grid points (h, w)."""
-        cells_mm = displacement.std_cells_mm
-        if cells_mm is None:
-            return None
-        return float(np.median(coarse(cells_mm, displacement.valid.shape, self._stride)[chosen]))

@@ -14,7 +14,6 @@ from tactile_core.algorithms.slip.state import (
     SlipMachine,
     Thresholds,
     degree_of,
-    imprint_evidence,
 )
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -24,7 +23,6 @@ from tactile_core.quantities import (
     Frame,
     ImprintMotion,
     MarkerField,
-    ShearRelease,
     SlipContact,
     SlipState,
 )
@@ -114,13 +112,12 @@ class Slip(Estimator):
         contact: SlipContact,
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
-        release: ShearRelease | None,
         loss: ContactLoss | None,
         frame: Frame | None = None,
         markers: MarkerField | None = None,
     ) -> SlipState:
         """Return the state; ``none`` without contact, ``unknown`` without evidence."""
-        found = self._fuse_cues(contact, shear, imprint, release, loss)
+        found = self._fuse_cues(contact, shear, imprint, loss)
         if found.state == "none" and contact.known:
             return found
         if frame is not None and frame.standalone:
@@ -135,14 +132,12 @@ class Slip(Estimator):
         contact: SlipContact,
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
-        release: ShearRelease | None,
         loss: ContactLoss | None,
     ) -> SlipState:
         time_s = contact.timestamp_s
         shear = shear if shear is not None and shear.usable else None
         imprint = imprint if imprint is not None and imprint.tracked else None
-        released = 0.0 if release is None else release.released
-        evidence = self._evidence(imprint, released, alone=not contact.known)
+        evidence = self._evidence(imprint, contact)
         touched = bool(np.count_nonzero(grid_of(contact, "mask").cells))
         if shear is None and imprint is None and (touched or contact.source != "height"):
             self._machine.reset()
@@ -158,9 +153,7 @@ class Slip(Estimator):
         if imprint is not None and (imprint.moved >= 1 or shear is None):
             kind = imprint.kind
         self._machine.update(decisive, kind, time_s)
-        share = shear if contact.known or imprint is None else None
-        degree_std = None if share is None else share.degree_std
-        return self._state(degree, shear, imprint, time_s, degree_std)
+        return self._state(degree, shear, imprint, time_s)
 
     def _state(
         self,
@@ -168,7 +161,6 @@ class Slip(Estimator):
         shear: ContactShear | None,
         imprint: ImprintMotion | None,
         time_s: float,
-        degree_std: float | None = None,
     ) -> SlipState:
         return SlipState(
             self._machine.name,
@@ -179,7 +171,6 @@ class Slip(Estimator):
             self._machine.onset_s,
             None if imprint is None else imprint.distance_mm,
             None if imprint is None else imprint.distance_std_mm,
-            degree_std,
             time_s,
         )
 
@@ -205,11 +196,16 @@ class Slip(Estimator):
         self._machine.update(1.0 if slips else warning, kind, loss.timestamp_s)
         return self._state(loss.lost, shear, imprint, loss.timestamp_s)
 
-    def _evidence(self, imprint: ImprintMotion | None, released: float, *, alone: bool) -> float:
+    def _evidence(self, imprint: ImprintMotion | None, contact: SlipContact) -> float:
+        """Evidence of gross slip from the imprint; from 1 on the object slips.
+
+        Under a known contact a change alone is none: on a smooth object that is sheared far, only
+        the light changes.
+        """
         if imprint is None:
             return 0.0
-        limit = self._imprint_changed
-        return imprint_evidence(imprint.changed, imprint.moved, released, limit, alone=alone)
+        changed = 0.0 if contact.known else imprint.changed / self._imprint_changed
+        return max(changed, imprint.moved)
 
     def _verdict(
         self, contact: SlipContact, shear: ContactShear | None, evidence: float, *, tracked: bool

@@ -11,14 +11,14 @@ from pydantic import BaseModel
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.slip.recent_fields import blocks, coarse_field, pick_pixels, stride_of
-from tactile_core.algorithms.slip.sheared_contact import ContactLoad
-from tactile_core.algorithms.slip.stick_region import rim_share
+from tactile_core.algorithms.slip.plane import blocks, coarse_field, pick_pixels, stride_of
+from tactile_core.algorithms.slip.shear_field import ContactLoad
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,
     light_change,
     mask_squares,
+    rim_share,
     small_image,
     steepness_of,
 )

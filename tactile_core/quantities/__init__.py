@@ -18,7 +18,6 @@ from tactile_core.quantities.slip import (
     ContactStress,
     Friction,
     ImprintMotion,
-    ShearRelease,
     SlipContact,
     SlipState,
 )
@@ -56,7 +55,6 @@ __all__ = [
     "Reference",
     "ReferenceGradients",
     "RelativeLoad",
-    "ShearRelease",
     "ShownGel",
     "SlipContact",
     "SlipState",

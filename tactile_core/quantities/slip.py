@@ -55,9 +55,6 @@ class SlipState(Quantity):
 
     reason : str
         Why the state is unknown; empty otherwise.
-    degree_std : float or None
-        Standard deviation of the degree; None if the degree is not the share of the contact that
-        slips, measured in the field of displacement.
 
     References
     ----------
@@ -79,9 +76,6 @@ class SlipState(Quantity):
     distance_std_mm: Annotated[
         float | None, FieldSpec("mm", saved_as="slip_distance_std_mm", std_of="distance_mm")
     ] = None
-    degree_std: Annotated[float | None, FieldSpec(saved_as="slip_degree_std", std_of="degree")] = (
-        None
-    )
     timestamp_s: TimestampS = 0.0
     reason: Annotated[str, FieldSpec(saved_as="slip_reason")] = ""
 
@@ -97,7 +91,6 @@ class SlipState(Quantity):
                 "onset_s": self.onset_s,
                 "distance_mm": self.distance_mm,
                 "distance_std_mm": self.distance_std_mm,
-                "degree_std": self.degree_std,
                 "margin": None,
                 "friction": None,
                 "reason": self.reason,
@@ -151,9 +144,6 @@ class ContactShear(Quantity):
     ----------
     usable : bool
         Whether the displacement field was measured; if not, the other values say nothing.
-    degree, degree_std : float
-        Degree of slip of the field, the share of the contact that slips, and its standard
-        deviation.
     stick_share : float
         Share of the contact that moved with its stick region recently.
     motion_mm, rotation_mm : float
@@ -163,8 +153,6 @@ class ContactShear(Quantity):
         displacement [1]_; None without contact.
     restarted : bool
         The load grew with this frame, so that the shear is measured from here.
-    deceleration : float
-        0 while the stick region moves at its peak speed, 1 when it has stopped.
 
     References
     ----------
@@ -173,16 +161,18 @@ class ContactShear(Quantity):
     """
 
     usable: bool
-    degree: float = 0.0
     stick_share: float = 1.0
     motion_mm: Annotated[float, FieldSpec("mm")] = 0.0
     rotation_mm: Annotated[float, FieldSpec("mm")] = 0.0
     rotation_deg: Annotated[float | None, FieldSpec("deg")] = None
     entropy_bits: Annotated[float | None, FieldSpec("bit")] = None
     restarted: bool = False
-    degree_std: Annotated[float, FieldSpec(std_of="degree")] = 0.0
-    deceleration: float = 0.0
     timestamp_s: TimestampS = 0.0
+
+    @property
+    def degree(self) -> float:
+        """Share of the contact that slips."""
+        return 1 - self.stick_share
 
     @property
     def kind(self) -> MotionKind:
@@ -224,23 +214,6 @@ class ImprintMotion(Quantity):
     turned_deg: Annotated[float, FieldSpec("deg")] = 0.0
     kind: MotionKind = "translation"
     strength: float = 0.0
-    timestamp_s: TimestampS = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class ShearRelease(Quantity):
-    """How far the gel surface sprang back from its largest recent shear.
-
-    Attributes
-    ----------
-    shear_mm : float
-        RMS displacement of the markers that are seen.
-    released : float
-        Share of the largest shear that was released, from 0 to 1.
-    """
-
-    shear_mm: Annotated[float, FieldSpec("mm")]
-    released: float
     timestamp_s: TimestampS = 0.0
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.slip.state import FUSION
-from tactile_core.builtin.imprint_motion import MotionOfImprint, ReleaseOfShear
+from tactile_core.builtin.imprint_motion import MotionOfImprint
 from tactile_core.builtin.slip import Slip
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
@@ -21,7 +21,6 @@ from tactile_core.quantities import (
     ImprintMotion,
     MarkerField,
     Reference,
-    ShearRelease,
     SlipContact,
     SlipState,
 )
@@ -29,8 +28,8 @@ from tactile_core.sim import VirtualStage
 
 SHAPE = 48, 64
 CONTEXT = SensorContext(load_profile("hex_fingertip").image, load_profile("hex_fingertip").gel)
-HELD = ContactShear(True, 0.05, entropy_bits=1.0, rotation_deg=0.0)
-WARNS = replace(HELD, degree=0.6, degree_std=0.15)
+HELD = ContactShear(True, 0.95, entropy_bits=1.0, rotation_deg=0.0)
+WARNS = replace(HELD, stick_share=0.4)
 SLID = ImprintMotion(True, 0.5, 0.2, 0.8, 0.1)
 STILL = ImprintMotion(True, 0.0, 0.1, 0.01, 0.005)
 BLIND = ContactShear(False), ImprintMotion(False)
@@ -48,12 +47,9 @@ def state(
     where: SlipContact,
     shear: ContactShear | None,
     imprint: ImprintMotion | None,
-    released: float = 0.0,
     loss: ContactLoss | None = None,
 ) -> SlipState:
-    return Slip(Slip.Options(), CONTEXT).estimate(
-        where, shear, imprint, ShearRelease(0.1, released), loss
-    )
+    return Slip(Slip.Options(), CONTEXT).estimate(where, shear, imprint, loss)
 
 
 def test_an_imprint_that_slid_proves_slip_where_the_load_is_unknown() -> None:
@@ -63,14 +59,14 @@ def test_an_imprint_that_slid_proves_slip_where_the_load_is_unknown() -> None:
 
 
 def test_shear_alone_only_warns_where_the_load_is_unknown() -> None:
-    assert state(UNKNOWN_LOAD, replace(HELD, degree=1.0), STILL).state == "incipient"
+    assert state(UNKNOWN_LOAD, replace(HELD, stick_share=0.0), STILL).state == "incipient"
 
 
 def test_a_known_contact_slips_when_shear_and_imprint_agree() -> None:
     assert state(KNOWN, HELD, SLID).state == "stick"
     assert state(KNOWN, WARNS, STILL).state == "incipient"
     assert state(KNOWN, WARNS, SLID).state == "incipient", "only the light may have changed"
-    assert state(KNOWN, WARNS, SLID, released=0.5).state == "slip"
+    assert state(KNOWN, WARNS, replace(SLID, moved=1.5)).state == "slip"
 
 
 def test_where_the_loss_of_contact_is_measured_only_it_proves_slip() -> None:
@@ -92,11 +88,10 @@ def test_the_loss_of_contact_does_not_count_where_the_load_is_known() -> None:
     assert state(UNKNOWN_LOAD, HELD, STILL, loss=ContactLoss(False)).state == "stick"
 
 
-def test_a_release_of_shear_turns_a_small_change_into_slip() -> None:
-    little = replace(STILL, changed=0.7 * FUSION.imprint_changed)
-    assert state(UNKNOWN_LOAD, HELD, little).state == "stick"
-    assert state(UNKNOWN_LOAD, HELD, little, released=0.5).state == "slip"
-    assert state(UNKNOWN_LOAD, HELD, STILL, released=1.0).state == "stick"
+def test_a_change_of_the_imprint_counts_from_its_limit_on() -> None:
+    for share, found in ((0.9, "stick"), (1.1, "slip")):
+        change = replace(STILL, changed=share * FUSION.imprint_changed)
+        assert state(UNKNOWN_LOAD, HELD, change).state == found
 
 
 @pytest.mark.parametrize("shear", [None, BLIND[0]])
@@ -105,7 +100,7 @@ def test_without_markers_and_flow_the_state_is_unknown(
     shear: ContactShear | None, imprint: ImprintMotion | None
 ) -> None:
     for where in (UNKNOWN_LOAD, KNOWN, contact("motion", absolute=False, touched=False)):
-        found = state(where, shear, imprint, released=1.0)
+        found = state(where, shear, imprint)
         assert (found.state, found.degree, found.distance_mm) == ("unknown", 0.0, None)
 
 
@@ -133,38 +128,11 @@ def test_the_distance_is_that_of_the_imprint() -> None:
     assert found.summary()["slip"]["distance_mm"] == 0.8
 
 
-def test_the_degree_has_a_standard_deviation_where_it_is_the_share_that_slips() -> None:
-    found = state(KNOWN, WARNS, STILL)
-    assert (found.degree, found.degree_std) == (0.6, 0.15)
-    assert found.summary()["slip"]["degree_std"] == 0.15
-    assert state(UNKNOWN_LOAD, HELD, SLID).degree_std is None
-    held = ContactLoss(True, 4.0, 5.0, HELD.degree)
-    assert state(UNKNOWN_LOAD, HELD, STILL, loss=held).degree_std is None
-
-
 def markers(shift_px: float, seen: int = 20, time_s: float = 0.0) -> MarkerField:
     at = np.random.default_rng(1).uniform(50, 400, (20, 2)).astype(np.float32)
     shown = np.arange(20) < seen
     moved = at + np.float32([shift_px, 0])
     return MarkerField(np.arange(20, dtype=np.int32), at, moved, shown, 0.05, time_s)
-
-
-def test_released_is_the_share_of_the_largest_shear() -> None:
-    step = ReleaseOfShear(Options(), CONTEXT)
-    step.estimate(markers(10.0))
-    release = step.estimate(markers(4.0))
-    assert release.shear_mm == pytest.approx(0.2, rel=1e-4)
-    assert release.released == pytest.approx(0.6, rel=1e-4)
-    assert step.tare(release).released == 0
-    assert step.estimate(markers(4.0)).released == 0
-    assert step.estimate(markers(2.0, seen=0)).shear_mm == 0
-
-
-def test_an_old_release_is_forgotten() -> None:
-    step = ReleaseOfShear(Options(), CONTEXT)
-    step.estimate(markers(10.0))
-    step.estimate(markers(4.0))
-    assert step.estimate(markers(4.0, time_s=10.0)).released < 0.01
 
 
 def test_an_imprint_is_not_tracked_without_markers_that_are_seen() -> None:
@@ -194,10 +162,10 @@ def test_unrelated_images_and_markers_that_moved_too_far_show_no_slip() -> None:
     outrun = MarkerField(ids, places, places, np.ones(4, np.bool_), 0.1, outrun=True)
     slip = Slip(Slip.Options(), CONTEXT)
     for seen in ({"frame": alone}, {"markers": outrun}):
-        found = slip.estimate(KNOWN, WARNS, SLID, None, None, **seen)  # type: ignore[arg-type]
+        found = slip.estimate(KNOWN, WARNS, SLID, None, **seen)  # type: ignore[arg-type]
         assert found.state == "unknown"
         assert found.reason
     released = contact("height", absolute=True, touched=False)
-    assert slip.estimate(released, HELD, STILL, None, None, frame=alone).state == "none"
-    assert slip.estimate(KNOWN, HELD, STILL, None, None).reason == ""
+    assert slip.estimate(released, HELD, STILL, None, frame=alone).state == "none"
+    assert slip.estimate(KNOWN, HELD, STILL, None).reason == ""
     assert any("higher frame rate" in words for words in outrun.warnings())

@@ -45,7 +45,7 @@ PROFILES = {
     "  markers: {use: core.markers}\n  tracking: {use: core.marker_tracking}\n"
     "  displacement: {use: core.displacement}\n"
     "  slip_contact: {use: core.slip_contact}\n  shear: {use: core.contact_shear}\n"
-    "  imprint: {use: core.imprint_motion}\n  release: {use: core.shear_release}\n"
+    "  imprint: {use: core.imprint_motion}\n"
     "  slip: {use: core.slip}\n",
     "lit": "schema: 1\nname: lit\nextends: small.yaml\noptics:\n"
     "  lights: {distance_mm: 14, scatter: 0.3}\n"

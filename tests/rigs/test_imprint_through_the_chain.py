@@ -34,7 +34,6 @@ estimators:
   slip_contact: {{use: core.slip_contact}}
   shear: {{use: core.contact_shear}}
   imprint: {{use: core.imprint_motion}}
-  release: {{use: core.shear_release}}
   slip: {{use: core.slip}}
 """
 

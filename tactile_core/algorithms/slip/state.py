@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -106,67 +105,12 @@ class FUSION:
     # default of an option of ``core.slip``. Source: recorded lifts, each object by the others
     # (``benchmarks/slip_lift_folds.py``).
     imprint_changed = 0.04
-    # [ratio] A change counts by this factor more if all of the shear was released meanwhile.
-    # Source: chosen on recorded lifts; 2 to 4 rank them equally well.
-    release_gain = 3.0
     # [ratio] Weight of the field's degree where neither the contact nor the load is known, so
     # that it stays below the degree of an imprint that slips. Source: by hand, : the field ranks
     # recorded lifts wrongly there (ADR 29).
     unknown_contact_weight = 0.2
 
 
-def imprint_evidence(
-    changed: float, moved: float, released: float, limit: float, *, alone: bool = True
-) -> float:
-    """Return the evidence of gross slip from the imprint; from 1 on the object slips.
-
-    Parameters
-    ----------
-    changed, moved : float
-        Unexplained change, and distance relative to what else explains it
-        (:class:`~tactile_core.algorithms.slip.imprint_tracker.ImprintChange`).
-    released : float
-        Share of the shear that was released: a surface that springs back under an imprint that
-        changes has lost the object.
-    limit : float
-        Change at which the object slips without a release of shear.
-    alone : bool
-        Whether a change without a release of shear is evidence. On a smooth object that is sheared
-        far, only the light changes.
-    """
-    gain = FUSION.release_gain * released + (1.0 if alone else 0.0)
-    return max(changed * gain / limit, moved)
-
-
 def degree_of(evidence: float) -> float:
     """Convert evidence, 0 or more, to a degree: 0.5 where slip begins, below 1."""
     return evidence / (1 + evidence)
-
-
-class RELEASE:
-    """Parameters of the release of shear."""
-
-    # [s] Time constant with which the largest shear is forgotten. Source: as long as changes of
-    # the imprint are remembered.
-    memory_s = 1.0
-    # [mm] Shear below which a release is relative to this value, so that noise releases nothing.
-    # Source: by hand, several times the noise of a marker.
-    least_mm = 0.05
-
-
-class ShearPeak:
-    """The largest recent shear of a surface, and the share of it that was released."""
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all earlier shear."""
-        self._peak_mm = self._time_s = 0.0
-
-    def update(self, shear_mm: float, timestamp_s: float) -> float:
-        """Take the next shear; return the released share, from 0 to 1."""
-        kept = math.exp(-max(timestamp_s - self._time_s, 0.0) / RELEASE.memory_s)
-        self._time_s = timestamp_s
-        self._peak_mm = shear_mm + max(self._peak_mm - shear_mm, 0.0) * kept
-        return (self._peak_mm - shear_mm) / max(self._peak_mm, RELEASE.least_mm)

@@ -1,13 +1,11 @@
-"""Where a contact is, and how it moves."""
+"""Where a contact is: inside steep surface, a change of light, or the surface that moves."""
 
 from __future__ import annotations
 
 from functools import cache, reduce
-from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.filling import steepness
 from tactile_core.algorithms.arrays.regression import quantile
@@ -15,27 +13,11 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import (
     Array,
     Bool,
-    Complex64,
     Float32,
-    Intp,
     UInt8,
     rasterise_points,
 )
-from tactile_core.algorithms.entropy import displacement_entropy
-from tactile_core.algorithms.slip.recent_fields import (
-    displacement_since,
-    positions_mm,
-    sample_cells,
-    since_at,
-    strain,
-)
-from tactile_core.algorithms.slip.stick_region import (
-    STICK_REGION,
-    StickRegion,
-    calm_weights,
-    far_weights,
-    stick_region,
-)
+from tactile_core.algorithms.slip.plane import sample_cells
 
 
 class RING:
@@ -110,7 +92,7 @@ def steepness_of(
     Parameters
     ----------
     cells, step_px, image_shape, stride
-        The height map, as for :func:`~tactile_core.algorithms.slip.recent_fields.sample_cells`.
+        The height map, as for :func:`~tactile_core.algorithms.slip.plane.sample_cells`.
     spacing_mm : float
         Distance between neighbouring grid points.
 
@@ -213,93 +195,6 @@ def _disc(radius: int) -> UInt8:
 _SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a grid point
 
 
-class ContactMotion(NamedTuple):
-    """Motion of points of a contact.
-
-    Attributes
-    ----------
-    points : (n,) intp
-        Flat indices.
-    displacement : (n,) complex64
-        Of each point, x + iy in mm.
-    weight : (n,) float32
-        Large for points that probably stick: :func:`calm_weights`.
-    entropy_bits : float
-        Entropy of the magnitude of the displacement in the whole contact.
-    region : StickRegion
-        The rigid motion of the points that stick.
-    """
-
-    points: Intp
-    displacement: Complex64
-    weight: Float32
-    entropy_bits: float
-    region: StickRegion
-
-
-def contact_motion(
-    now: Complex64,
-    before: Complex64,
-    spacing_mm: float,
-    mask: Bool,
-    every: int = 1,
-    *,
-    noise_mm: float = STICK_REGION.noise_mm,
-) -> ContactMotion:
-    """Return the motion since the load settled.
-
-    Parameters
-    ----------
-    now, before : (h, w) complex64
-        See :func:`displacement_since`.
-    spacing_mm : float
-        Distance between neighbouring grid points.
-    mask : (h, w) bool
-        The contact area; not empty.
-    every : int
-        Distance of the points in the list of all points of the contact, row by row.
-    noise_mm : float
-        Noise of a displacement.
-    """
-    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
-    # with a rim, so that the strain is that of the whole field
-    window = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
-    moved, inside = displacement_since(now, before, spacing_mm, window=window), mask[window]
-    chosen = inside.ravel().nonzero()[0][::every]
-    displacement = moved.ravel()[chosen]
-    weight = calm_weights(displacement, strain(moved, spacing_mm, chosen))
-    points = mask.ravel().nonzero()[0][::every]
-    position = positions_mm(mask.shape, spacing_mm).ravel()[points]
-    entropy_bits = displacement_entropy(np.abs(moved), inside)
-    region = stick_region(displacement, position, weight, noise_mm)
-    return ContactMotion(points, displacement, weight, entropy_bits, region)
-
-
-def recent_motion(
-    now: Complex64,
-    before: Complex64,
-    spacing_mm: float,
-    points: Intp,
-    weight: NDArray[Any],
-) -> tuple[Complex64, NDArray[Any]]:
-    """Return the motion of points of the contact since a recent field, and initial weights.
-
-    Parameters
-    ----------
-    now, before : (h, w) complex64
-        See :func:`displacement_since`.
-    spacing_mm : float
-        Distance between neighbouring grid points.
-    points : (n,) intp
-        Flat indices.
-    weight : (n,)
-        Of the stick region of a longer motion.
-
-    Returns
-    -------
-    displacement : (n,) complex64
-    weight : (n,)
-        Small for points that lag behind in either motion.
-    """
-    moved = since_at(now, before, spacing_mm, points)
-    return moved, weight * far_weights(moved)
+def rim_share(mask: Bool) -> float:
+    """Return the share of the border of the view that a mask (h, w) covers; corners count twice."""
+    return float(np.mean(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])))

@@ -1,91 +1,15 @@
-"""Recent fields of displacement on a plane of blocks."""
+"""The coarse plane of slip: fields of displacement at one point in each block of pixels."""
 
 from __future__ import annotations
 
-from collections import deque
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.filling import gradient
-from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
-
-
-class SpanLimits(NamedTuple):
-    """What ends the search for the frames of a motion.
-
-    Attributes
-    ----------
-    share : float
-        Quantile of the changes of the points that counts as their motion.
-    enough_mm : float
-        Motion that is looked for.
-    rest_mm : float
-        A surface that moved by less in a frame more rested, or turned back.
-    """
-
-    share: float
-    enough_mm: float
-    rest_mm: float
-
-
-class RecentFields:
-    """The last displacement fields of a contact.
-
-    Parameters
-    ----------
-    most : int
-        Number of fields that are kept.
-    """
-
-    def __init__(self, most: int) -> None:
-        self._fields: deque[Complex64] = deque(maxlen=most)
-
-    def __len__(self) -> int:
-        return len(self._fields)
-
-    def __getitem__(self, span: int) -> Complex64:
-        """Return the field (h, w) of so many frames before the next one; 1 is the last."""
-        return self._fields[-span]
-
-    def clear(self) -> None:
-        """Forget all fields."""
-        self._fields.clear()
-
-    def append(self, field: Complex64) -> None:
-        """Keep a copy of the next field, (h, w)."""
-        self._fields.append(field.copy())
-
-    def span(self, now: Complex64, points: Intp, limits: SpanLimits) -> tuple[int, float]:
-        """Return the number of frames in which points moved far enough, and how far they moved.
-
-        Fewer if the surface rested or turned back in between.
-
-        Parameters
-        ----------
-        now : (h, w) complex64
-            The next field.
-        points : (n,) intp
-            Flat indices.
-        limits : SpanLimits
-        """
-        there = now.ravel()[points]
-
-        def far(span: int) -> float:
-            return quantile(np.abs(there - self[span].ravel()[points]), limits.share)
-
-        span, moved_mm = 1, far(1)
-        while moved_mm < limits.enough_mm and span < len(self):
-            longer_mm = far(span + 1)
-            if longer_mm < moved_mm + limits.rest_mm:
-                break
-            span, moved_mm = span + 1, longer_mm
-        return span, moved_mm
-
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -242,26 +166,6 @@ def _displacement_at(
         )
         moved = now - as_complex(np.asarray(was, np.float32))
     return moved
-
-
-def strain(displacement: Complex64, spacing_mm: float, chosen: Intp) -> Float32:
-    """Return the norm of the strain tensor (n,); it is 0 where the surface moves as a rigid body.
-
-    Parameters
-    ----------
-    displacement : (h, w) complex64
-        In mm.
-    spacing_mm : float
-        Distance between neighbouring grid points.
-    chosen : (n,) intp
-        Flat indices of the grid points.
-    """
-    along, down = (
-        slope.reshape(-1, 2).take(chosen, axis=0)
-        for slope in gradient(parts(displacement), spacing_mm, smooth=True)
-    )
-    shear = along[:, 1] + down[:, 0]
-    return np.asarray(np.sqrt(along[:, 0] ** 2 + down[:, 1] ** 2 + 0.5 * shear**2), np.float32)
 
 
 @lru_cache(maxsize=4)

@@ -107,8 +107,8 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "Stick, incipient slip and gross slip, from the displacement field and all other evidence.",
         (
             "slip.touched",
-            "slip.cues",
             "slip.state",
+            "slip.friction",
         ),
     ),
     "slip-shear": (
@@ -116,14 +116,13 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "The motion of a contact in the displacement field, and the share of it that sticks.",
         (
             "slip.plane",
-            "slip.stick_region",
-            "slip.sheared_contact",
+            "slip.shear_field",
             "entropy",
         ),
     ),
     "slip-imprint": (
         "Imprint and loss of contact",
-        "Slip from the imprint of the object, the release of shear and the loss of contact.",
+        "Slip from the imprint of the object and from the loss of contact.",
         (
             "slip.imprint",
             "slip.imprint_tracker",

@@ -31,7 +31,7 @@ class SHEAR_FIELD:
     # Rayleigh distribution.
     stick_noises = 3.03
     # [mm] Motion of the contact over which the stick share is measured. Source: chosen on virtual
-    # sequences, better than 0.06 (ADR 31).
+    # sequences, better than 0.06 (ADR 29).
     window_mm = 0.1
     min_window = 0.7  # [windows] The stick share is not measured over a shorter motion
     # [ratio] A load that grows by more starts the measurement again. Source: shear alone changes

@@ -9,7 +9,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.filling import steepness
+from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.regression import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.filling import gradient
+from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
 

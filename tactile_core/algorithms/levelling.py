@@ -35,8 +35,8 @@ class LEVELLING:
     # [share of the greatest height] Lower cells may be undeformed. Source: the bulge next to an
     # object, by the mechanics of the virtual gel at most a third.
     raised_share = 0.3
-    # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.02 to 0.08
-    # give equal heights (ADR 47).
+    # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.03 to 0.06
+    # move peaks by at most 0.2 % of the depth (ADR 47).
     calm_slope = 0.04
     # [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 %
     # of its weight, since the gel bulges around a contact. Source: by hand, on virtual presses

@@ -32,9 +32,9 @@ class LEVELLING:
     # [share of the calm cells] Quantile of their heights that is on the gel. Source: the median of
     # the gel if objects cover 60 % of them.
     gel_quantile = 0.2
-    # [share of the greatest height] Lower cells may be undeformed. Source: the bulge next to an
-    # object, by the mechanics of the virtual gel at most a third.
-    raised_share = 0.3
+    # [share of the greatest height] Lower cells may be undeformed. Source: half-way between the gel
+    # and the top of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47).
+    raised_share = 0.5
     # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.03 to 0.06
     # move peaks by at most 0.2 % of the depth (ADR 47).
     calm_slope = 0.04

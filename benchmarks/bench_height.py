@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.levelling import rest_plane
+from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.markers import contrast_of, find_markers, marker_mask
-from tactile_core.algorithms.poisson import PoissonSolver, integrate, integrate_robustly
-from tactile_core.algorithms.poisson.screened import Boundary, Laplacian
+from tactile_core.algorithms.poisson import integrate, integrate_robustly
+from tactile_core.algorithms.poisson.integration import Boundary, solve_poisson
 
 Array = NDArray[Any]
 
@@ -56,20 +56,14 @@ def dots(shape: tuple[int, int], pitch: int = 57) -> Array:
 @sizes
 @pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
 def test_poisson(benchmark: Any, shape: tuple[int, int], boundary: Boundary) -> None:
-    solver = PoissonSolver(shape, mm_per_px=MM_PER_PX, boundary=boundary)
-    benchmark(solver.solve, *slopes(shape))
+    benchmark(integrate, *slopes(shape), mm_per_px=MM_PER_PX, boundary=boundary)
 
 
 @sizes
 @pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
 def test_inverse_laplacian(benchmark: Any, shape: tuple[int, int], boundary: Boundary) -> None:
-    inverse, (rhs, _) = Laplacian(shape, boundary), slopes(shape)
-    benchmark(lambda: inverse.solve(rhs.copy()))
-
-
-def test_poisson_with_markers_masked(benchmark: Any) -> None:
-    gx, gy = slopes((480, 640))
-    benchmark(integrate, gx, gy, mm_per_px=MM_PER_PX, mask=~dots((480, 640)))
+    rhs, _ = slopes(shape)
+    benchmark(lambda: solve_poisson(rhs.copy(), boundary))
 
 
 @sizes
@@ -80,12 +74,10 @@ def test_robust_poisson(benchmark: Any, shape: tuple[int, int], marked: bool) ->
 
 
 @sizes
-def test_rest_plane(benchmark: Any, shape: tuple[int, int]) -> None:
+def test_set_to_rest(benchmark: Any, shape: tuple[int, int]) -> None:
     gx, gy = slopes(shape)
     height = press(shape)
-    benchmark(
-        lambda: rest_plane(height, gx, gy, mm_per_px=MM_PER_PX).removed_from(height, MM_PER_PX)
-    )
+    benchmark(lambda: set_to_rest(height.copy(), gx, gy, mm_per_px=MM_PER_PX))
 
 
 @sizes

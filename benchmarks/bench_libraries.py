@@ -14,11 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
+from scipy.interpolate import RBFInterpolator
 from scipy.spatial import KDTree
-from skimage import feature, measure, morphology, restoration, transform
+from skimage import feature, measure, morphology, transform
 
-from tactile_core.algorithms.arrays.filling import fill_unknown
 from tactile_core.algorithms.arrays.regression import fit_polynomial, quantile, scaling, terms
 from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _parts
@@ -122,22 +121,7 @@ def regions() -> Iterator[Row]:
 def gaps() -> Iterator[Row]:
     """Inpainting of holes of marker size."""
     image, hidden = smooth(20), dots() > 60
-    given, holes = np.argwhere(~hidden)[::7], np.argwhere(hidden)
 
-    def by_triangles() -> Array:
-        result = image.copy()
-        result[hidden] = np.nan_to_num(LinearNDInterpolator(given, image[tuple(given.T)])(holes))
-        return result
-
-    def by_skimage() -> Array:
-        return np.asarray(restoration.inpaint_biharmonic(image, hidden, split_into_regions=True))
-
-    yield "gaps: multigrid | inpaint_biharmonic", lambda: fill_unknown(image, ~hidden), by_skimage
-    yield (
-        "gaps: multigrid | LinearNDInterpolator",
-        lambda: fill_unknown(image, ~hidden),
-        by_triangles,
-    )
     yield (
         "markers: local mean | cv2.inpaint",
         lambda: fill_markers(image[..., None], hidden, 27)[..., 0],

@@ -62,7 +62,7 @@ def peaks(rig: str, seed: int) -> Iterator[Peak]:
 def rows(data: Path, units: int = 3) -> list[Row]:
     """Worst and median error of the peak, by rig; ``data`` is not used."""
     every = [peak for rig in SHIPPED for seed in range(units) for peak in peaks(rig, seed)]
-    counted = [peak for peak in every if peak.resolved]
+    counted = [peak for peak in every if peak.is_resolved]
     values = {
         rig: float(np.max([abs(p.ratio - 1) for p in counted if p.rig == rig])) for rig in SHIPPED
     }
@@ -97,11 +97,11 @@ def main() -> None:
         found = [peak for seed in range(options.units) for peak in peaks(rig, seed)]
         for label in dict.fromkeys(peak.label for peak in found):
             some = [peak for peak in found if peak.label == label]
-            cells = " ".join(f"{p.ratio:6.3f}{' ' if p.resolved else '*'}" for p in some)
+            cells = " ".join(f"{p.ratio:6.3f}{' ' if p.is_resolved else '*'}" for p in some)
             ratios = np.array([peak.ratio for peak in some])
             worst = ratios[np.abs(ratios - 1).argmax()]
             print(f"{rig:22}{label:10}{cells}  median {np.median(ratios):.3f} worst {worst:.3f}")
-        errors = [abs(peak.ratio - 1) for peak in found if peak.resolved]
+        errors = [abs(peak.ratio - 1) for peak in found if peak.is_resolved]
         print(f"{rig:22}resolved: median {np.median(errors):.1%}, worst {np.max(errors):.1%}")
 
 

@@ -49,7 +49,6 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "photometric",
             "drift",
             "light_change",
-            "rest_area",
             "sequence",
             "sampling",
         ),

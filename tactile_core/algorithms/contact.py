@@ -9,7 +9,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.filling import steepness
+from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.regression import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool
@@ -161,12 +161,8 @@ def _border(depth: Array, slope: Array) -> float:
     return CONTACT.border_ratio * (steepest + 0.5) / bands
 
 
-def _sample_step(image: Array) -> int:
-    return max(1, int(math.sqrt(image.size / CONTACT.noise_samples)))
-
-
 def _sample(image: Array) -> Array:
-    step = _sample_step(image)
+    step = max(1, int(math.sqrt(image.size / CONTACT.noise_samples)))
     return np.asarray(image[::step, ::step].ravel())
 
 
@@ -175,23 +171,13 @@ def _parts(mask: Bool, min_area_px: float) -> Iterator[tuple[tuple[slice, slice]
 
     Other parts may reach into the window.
     """
-    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-    window = slice(y, y + height), slice(x, x + width)
-    inside = mask[window].view(np.uint8)
-    if not inside.size:
-        return
-    # most often there is one part, whose statistics would take longer than to find it
-    count, labels = cv2.connectedComponents(inside, connectivity=8, ltype=cv2.CV_16U)
-    if count == 2:
-        if np.count_nonzero(inside) >= min_area_px:
-            yield window, mask[window]
-        return
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=8, ltype=cv2.CV_16U)
-    large = stats[:, cv2.CC_STAT_AREA] >= min_area_px
-    for label in np.flatnonzero(large[1:]) + 1:
-        left, top, width, height = (int(value) for value in stats[label, :4])
-        part = labels[top : top + height, left : left + width] == label
-        yield (slice(y + top, y + top + height), slice(x + left, x + left + width)), part
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(
+        mask.view(np.uint8), connectivity=8, ltype=cv2.CV_16U
+    )
+    for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= min_area_px) + 1:
+        left, top, width, height = stats[label, : cv2.CC_STAT_AREA].tolist()
+        window = slice(top, top + height), slice(left, left + width)
+        yield window, labels[window] == label
 
 
 def _draw(

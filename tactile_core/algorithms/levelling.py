@@ -1,4 +1,8 @@
-"""Levels heights by the surface at rest."""
+"""Sets heights to 0 where the gel surface is undeformed.
+
+Slopes that are slightly wrong over a wide area integrate to heights that are far off. Where the
+surface is undeformed its height is known to be 0, which reveals this error.
+"""
 
 from __future__ import annotations
 
@@ -6,35 +10,42 @@ from functools import lru_cache
 from math import hypot
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.regression import narrowest, quantile, sigma_of
-from tactile_core.algorithms.arrays.types import Array, Float32, Float64, from_middle
+from tactile_core.algorithms.arrays.regression import quantile
+from tactile_core.algorithms.arrays.shrinking import shrink_image
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
 from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.algorithms.rest_area import height_error
+from tactile_core.algorithms.slope_grid import coarse_size
 
 
-class REST:
-    """Parameters of the search for the rest surface. What a user may set is the largest tilt."""
+class LEVELLING:
+    """Parameters of the undeformed surface. What a user may set is the largest tilt."""
 
-    samples = 1200  # [count] Approximate number of pixels that are used
-    rounds = 3  # [count] Reweightings of the biweight regression
-    # [standard deviations] Residuals beyond it have no weight. Source: by hand, near the 4.685
-    # that gives the biweight an efficiency of 95 % on normal residuals.
-    biweight_sigmas = 4.5
-    # [share of the samples] Samples near the median slope that a tilt takes to count as drift.
+    # [count] Approximate number of cells over which heights and slopes are averaged. Source: on
+    # recordings, 1200 leave higher heights far from contacts, and other figures equal (ADR 47).
+    cells = 300
+    # [share of the cells] Cells near the median slope that a tilt takes to count as drift. Source:
+    # by hand, fewer may as well be the flank of a wide object.
     least_calm_share = 0.3
-    # [share of the range of heights] The surface next to an object bulges down by less than this.
-    # Source: by hand, by the mechanics of the virtual gel it is at most a third.
-    bulge_ratio = 0.3
-    # [share of the calm samples] With this many samples below the bulge, they are the rest
-    # surface.
-    least_below_share = 0.2
-    least_sigma_mm = 1e-6  # [mm] Lower bound of the residual scale, against division by zero
-    # [standard deviations] Length of the shortest interval that holds half of a normal
-    # distribution. Source: the interquartile range of the normal distribution, 2 × 0.6745.
-    half_width_sigmas = 1.349
-    ridge = 1e-12  # [per sample] Makes an image of one row or one column solvable
+    # [share of the calm cells] Quantile of their heights that is on the gel. Source: the median of
+    # the gel if objects cover 60 % of them.
+    gel_quantile = 0.2
+    # [share of the greatest height] Lower cells may be undeformed. Source: half-way between the gel
+    # and the top of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47).
+    raised_share = 0.5
+    # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.03 to 0.06
+    # move peaks by at most 0.2 % of the depth (ADR 47).
+    calm_slope = 0.04
+    # [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 %
+    # of its weight, since the gel bulges around a contact. Source: by hand, on virtual presses
+    # and the recordings of ADR 47, which are therefore no independent test of it.
+    margin_thicknesses = 2.0
+    # [gel thicknesses] Length over which an error vanishes in the undeformed part. Source: by
+    # hand, like ``margin_thicknesses``, between low heights far from contacts (short) and the
+    # true bulge next to them (long).
+    decay_thicknesses = 0.75
 
 
 class RestPlane(NamedTuple):
@@ -52,139 +63,11 @@ class RestPlane(NamedTuple):
     slope_x: float
     slope_y: float
 
-    def removed_from(self, height_mm: Array, mm_per_px: float, out: Array | None = None) -> Array:
-        """Return the height above this plane.
-
-        Parameters
-        ----------
-        height_mm : (H, W)
-        mm_per_px : float
-            Scale of the image.
-        out : (H, W), optional
-            Memory for the result; ``height_mm`` itself is allowed.
-
-        Returns
-        -------
-        (H, W), same dtype
-        """
-        rows, columns = height_mm.shape
-        down = self.slope_y * mm_per_px * from_middle(rows)
-        across = self.slope_x * mm_per_px * from_middle(columns)
-        levels = (self.level_mm + down[:, None]).astype(height_mm.dtype)
-        above = np.subtract(height_mm, levels, out=out)
-        if self.slope_x:
-            above -= across.astype(height_mm.dtype)
-        return np.asarray(above)
-
-
-def rest_plane(
-    height_mm: Array,
-    gx: Array,
-    gy: Array,
-    *,
-    mm_per_px: float,
-    drift_slope: float = 0.05,
-) -> RestPlane:
-    """Estimate the undeformed gel surface out of contact.
-
-    A change of the light biases all slopes in the same direction and tilts the height map as a
-    whole. So a plane is fitted robustly. It starts from the median slope and the mode of the
-    heights of the flatter half of the pixels; Tukey's biweight [1]_ then rejects outliers, such as
-    contacts. The tilt counts as drift only if it is below ``drift_slope`` and at least 30 % of the
-    pixels have this slope to within ``drift_slope``. Otherwise most of the image is not
-    undeformed, and only the level is estimated: the mode of the flatter half. The mode is the mean
-    of the shortest half (the shorth [2]_).
-
-    An object raises the surface, and next to it the surface bulges down by at most a third of that.
-    So if a fifth of the pixels are still further below the mode, the mode is the top of a flat
-    object, and the rest surface is the lower level. The estimate is robust to contacts on up to
-    about 60 % of the image. A press that covers the whole image leaves no undeformed surface; its
-    shape is kept, unless it is a mere tilt below ``drift_slope``, which is indistinguishable from
-    drift.
-
-    Parameters
-    ----------
-    height_mm, gx, gy : (H, W)
-        The height, and the slopes that it was integrated from.
-    mm_per_px : float
-        Scale of the image.
-    drift_slope : float
-        Largest tilt that counts as drift; 0 estimates the level alone.
-
-    References
-    ----------
-    .. [1] A. E. Beaton and J. W. Tukey, "The fitting of power series, meaning polynomials,
-       illustrated on band-spectroscopic data", Technometrics 16(2), 1974.
-    .. [2] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
-       University Press, 1972.
-    """
-    rows, columns = height_mm.shape
-    step = max(1, int(np.sqrt(rows * columns / REST.samples)))
-    z, p, q = (a[step // 2 :: step, step // 2 :: step].ravel() for a in (height_mm, gx, gy))
-    tilt = quantile(p, 0.5), quantile(q, 0.5)
-    deviation = _squares(p - tilt[0], q - tilt[1])
-    (calm,) = (deviation < drift_slope**2).nonzero()
-    if len(calm) < REST.least_calm_share * len(z) or hypot(*tilt) > drift_slope:
-        slope = _squares(p, q)
-        return RestPlane(_mode(z[slope <= quantile(slope, 0.5)])[0], 0.0, 0.0)
-    terms = _terms(rows, columns, step, mm_per_px)
-    levelled = (z - np.dot((0.0, *tilt), terms)).astype(z.dtype)
-    apart = REST.bulge_ratio * float(levelled.max() - levelled.min())
-    flat = levelled[deviation <= quantile(deviation, 0.5)]
-    level, spread = _lower_level(flat, levelled.take(calm), apart)
-    start = level, *tilt
-    plane = _robust_plane(terms.take(calm, axis=1), z.take(calm), start, spread)
-    if hypot(plane[1], plane[2]) > drift_slope:
-        return RestPlane(level, *tilt)
-    return RestPlane(*plane)
-
-
-def _squares(x: Array, y: Array) -> Array:
-    return np.asarray(x * x + y * y)
-
-
-@lru_cache(maxsize=16)
-def _terms(rows: int, columns: int, step: int, mm_per_px: float) -> Float64:
-    """1, x and y of every pixel that is used, from the middle of the image, (3, N)."""
-    y, x = (from_middle(side)[step // 2 :: step] * mm_per_px for side in (rows, columns))
-    return np.stack([np.ones(len(x) * len(y)), np.tile(x, len(y)), np.repeat(y, len(x))])
-
-
-def _mode(values: Array) -> tuple[float, float]:
-    """Mean of the shortest interval that holds half of the values, and a sigma from its length."""
-    ordered = np.sort(values)
-    half = (len(ordered) + 1) // 2
-    first, length = narrowest(ordered, half)
-    spread = float(length) / REST.half_width_sigmas
-    return float(ordered[first : first + half].sum()) / half, spread
-
-
-def _lower_level(flat: Array, calm: Array, apart: float) -> tuple[float, float]:
-    """Mode of the flat values, or of the calm ones that are ``apart`` below it if enough are."""
-    level, spread = _mode(flat)
-    below = calm[calm < level - apart]
-    if len(below) >= REST.least_below_share * len(calm):
-        level, spread = _mode(below)
-    return level, min(spread, apart / REST.biweight_sigmas)
-
-
-def _robust_plane(terms: Array, z: Array, start: tuple[float, ...], sigma: float) -> list[float]:
-    """Tukey's biweight regression of (N,) heights on (3, N) terms, from a good start."""
-    plane = np.array(start)
-    residual = z - plane @ terms
-    for last in range(REST.rounds - 1, -1, -1):
-        near = residual * (1 / (REST.biweight_sigmas * max(sigma, REST.least_sigma_mm)))
-        near *= near
-        weights = 1 - np.minimum(near, 1)
-        weights *= weights
-        weighted = terms * weights
-        normal = weighted @ terms.T + REST.ridge * len(z) * np.eye(3)
-        plane += np.linalg.solve(normal, weighted @ residual)
-        if last:
-            residual = z - plane @ terms
-            sigma = sigma_of(residual[near < 1].astype(z.dtype))
-    found: list[float] = plane.tolist()
-    return found
+    def heights_mm(self, shape: tuple[int, int], cell_mm: tuple[float, float]) -> Float32:
+        """Heights at the centres of (h, w) cells of this height and width that tile the image."""
+        down, across = (from_middle(n) * mm for n, mm in zip(shape, cell_mm, strict=True))
+        levels = self.level_mm + self.slope_y * down
+        return np.add.outer(levels, self.slope_x * across, dtype=np.float32)
 
 
 def set_to_rest(
@@ -211,22 +94,163 @@ def set_to_rest(
     mm_per_px : float
         Scale of the image.
     drift_slope : float
-        Largest tilt that counts as drift; see
-        :func:`tactile_core.algorithms.levelling.rest_plane`.
+        Largest tilt that counts as drift; see :func:`fit_rest_plane`.
     levelled : bool
-        Whether to subtract the smooth error; see
-        :func:`tactile_core.algorithms.rest_area.height_error`.
+        Whether to subtract the smooth error; see :func:`estimate_error`.
     thickness_mm : float
         Thickness of the gel.
     """
-    plane = rest_plane(height_mm, gx, gy, mm_per_px=mm_per_px, drift_slope=drift_slope)
-    plane.removed_from(height_mm, mm_per_px, out=height_mm)
+    rows, columns = height_mm.shape
+    size = coarse_size(rows, columns, LEVELLING.cells)
+    cells_mm, across, down = (shrink_image(plane, size) for plane in (height_mm, gx, gy))
+    cell_mm = rows / size[1] * mm_per_px, columns / size[0] * mm_per_px
+    plane = fit_rest_plane(cells_mm, across, down, cell_mm=cell_mm, drift_slope=drift_slope)
+    cells_mm = cells_mm - plane.heights_mm(cells_mm.shape, cell_mm)
+    height_mm -= plane.heights_mm(height_mm.shape, (mm_per_px, mm_per_px))
     if levelled:
-        height_mm -= height_error(
-            height_mm,
-            gx,
-            gy,
-            mm_per_px=mm_per_px,
-            tilt=(plane.slope_x, plane.slope_y),
-            thickness_mm=thickness_mm,
-        )
+        undeformed = find_undeformed(cells_mm, across - plane.slope_x, down - plane.slope_y)
+        error_mm = estimate_error(cells_mm, undeformed, cell_mm[1] / thickness_mm)
+        height_mm -= cv2.resize(error_mm, (columns, rows), interpolation=cv2.INTER_CUBIC)
+
+
+def fit_rest_plane(
+    cells_mm: Array, gx: Array, gy: Array, *, cell_mm: tuple[float, float], drift_slope: float
+) -> RestPlane:
+    """Fit a plane to the undeformed gel surface out of contact.
+
+    A change of the light biases all slopes in the same direction and tilts the height map as a
+    whole. This tilt, the median slope, counts as drift only if it is below ``drift_slope`` and at
+    least 30 % of the cells have this slope to within ``drift_slope``. Otherwise most of the image
+    is not undeformed, and only the level of its flatter half is estimated.
+
+    An object raises the surface, so the gel is the lowest level of the calm cells, even below an
+    object that covers 60 % of them. Next to an object the surface bulges down by at most a third
+    of its height; the bulge counts as gel, too. A press that covers the whole image leaves no
+    undeformed surface; its shape is kept, unless it is a mere tilt below ``drift_slope``, which is
+    indistinguishable from drift.
+
+    Parameters
+    ----------
+    cells_mm, gx, gy : (h, w)
+        Height, and the slopes that it was integrated from: means over cells that tile the image.
+    cell_mm : (float, float)
+        Height and width of a cell.
+    drift_slope : float
+        Largest tilt that counts as drift; 0 estimates the level alone.
+    """
+    tilt = quantile(gx.ravel(), 0.5), quantile(gy.ravel(), 0.5)
+    calm = np.hypot(gx - tilt[0], gy - tilt[1]) < drift_slope
+    drifts = hypot(*tilt) < drift_slope and calm.mean() >= LEVELLING.least_calm_share
+    if not drifts:
+        tilt, slope = (0.0, 0.0), np.hypot(gx, gy)
+        calm = slope <= quantile(slope.ravel(), 0.5)
+    above_mm = cells_mm - RestPlane(0.0, *tilt).heights_mm(cells_mm.shape, cell_mm)
+    low_mm = quantile(above_mm[calm], LEVELLING.gel_quantile)
+    gel = calm & (above_mm <= low_mm + LEVELLING.raised_share * (above_mm.max() - low_mm))
+    if not drifts:
+        return RestPlane(float(above_mm[gel].mean()), 0.0, 0.0)
+    y, x = (from_middle(n) * mm for n, mm in zip(gel.shape, cell_mm, strict=True))
+    row, column = gel.nonzero()
+    terms = np.stack([np.ones(len(row)), x[column], y[row]], axis=1)
+    return RestPlane(*np.linalg.lstsq(terms, cells_mm[gel], rcond=None)[0].tolist())
+
+
+def find_undeformed(cells_mm: Array, gx: Array, gy: Array) -> Bool:
+    """Find the undeformed cells: they are calm, and low compared with the walls of objects.
+
+    The top of an object may be calm, and shear may flatten its wall on one side. It is steep
+    around most of its outline, though, so steep cells reach nearly to its height. Errors of the
+    height are steep nowhere, however high they are.
+
+    Parameters
+    ----------
+    cells_mm, gx, gy : (h, w)
+        Height above the rest plane and slopes relative to it, means over cells.
+
+    Returns
+    -------
+    (h, w) bool
+    """
+    calm: Bool = np.hypot(gx, gy) < LEVELLING.calm_slope
+    if not calm.all():
+        calm &= cells_mm < LEVELLING.raised_share * cells_mm[~calm].max()
+    return calm
+
+
+def estimate_error(cells_mm: Array, undeformed: Bool, thicknesses: float) -> Float32:
+    """Estimate the smooth error of heights from their undeformed part.
+
+    The height without this error minimises the sum of squares of its slope errors plus that of
+    ``height / decay`` over the undeformed part: a screened Poisson equation, as in [1]_. So an
+    error vanishes inside the undeformed part, and continues smoothly below contacts, whose shape is
+    kept. The gel around a contact bulges, by physics and not by error; so the undeformed part
+    counts by its distance from what is deformed. Both lengths scale with the thickness of the gel.
+
+    Parameters
+    ----------
+    cells_mm : (h, w)
+        Height above the rest plane, means over cells.
+    undeformed : (h, w) bool
+    thicknesses : float
+        Side of a cell in thicknesses of the gel.
+
+    Returns
+    -------
+    (h, w) float32
+        The error; subtract it from the height.
+
+    References
+    ----------
+    .. [1] P. Bhat, B. Curless, M. Cohen and C. L. Zitnick, "Fourier analysis of the 2D screened
+       Poisson equation for gradient domain problems", ECCV, 2008.
+    """
+    margins = _distance(undeformed) * (thicknesses / LEVELLING.margin_thicknesses)
+    weight = (thicknesses / LEVELLING.decay_thicknesses) ** 2 * -np.expm1(-margins * margins)
+    return solve_screened(weight * cells_mm, weight).astype(np.float32)
+
+
+def _distance(undeformed: Bool) -> Float32:
+    """Distance of each cell from the nearest that is not undeformed, in cells."""
+    if undeformed.all():
+        return np.full(undeformed.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
+def solve_screened(source: Array, weight: Array) -> Float64:
+    """Solve ``weight · z − Σ (neighbour − z) = source`` by a banded Cholesky factorisation.
+
+    It minimises the squared differences of neighbours plus ``weight · (z − source / weight)²``.
+
+    Parameters
+    ----------
+    source : (h, w)
+    weight : (h, w)
+        Not negative.
+
+    Returns
+    -------
+    (h, w) float64
+        z.
+    """
+    from scipy.linalg.lapack import dpbsv
+
+    bands = _differences(*source.shape).copy()
+    bands[-1] += weight.ravel()
+    _, z, _ = dpbsv(bands, source.ravel())
+    return np.asarray(z.reshape(source.shape))
+
+
+# Keeps the equation of a constant solvable where no cell has a weight.
+_TINY = 1e-9
+
+
+@lru_cache(maxsize=16)
+def _differences(rows: int, columns: int) -> Float64:
+    """Upper bands of the matrix of ``Σ (z − neighbour)`` over an image, row by row."""
+    number = np.arange(rows * columns)
+    row, column = np.divmod(number, columns)
+    bands = np.zeros((columns + 1, len(number)))
+    bands[0, row > 0] = -1
+    bands[-2, column > 0] -= 1
+    bands[-1] = _TINY + (row > 0) + (row < rows - 1) + (column > 0) + (column < columns - 1)
+    return bands

@@ -92,18 +92,6 @@ class SLOPE_GRID:
     # points, in which a step that divides both sides is preferred.
     least_step_ratio = 0.6
     largest_step_ratio = 1.6
-    # [relative change] Where the light changed by less, the model is replaced by its first
-    # derivatives. Source: by hand, : normals differ by less than 0.1° (ADR 86).
-    small_change = 0.02
-    # [relative change] Distance of the central differences that estimate them. Source: half of
-    # ``small_change``.
-    derivative_change = 0.01
-    # [sine of the angle] Mean error of these derivatives from which the model counts as not
-    # smooth. Source: the sine of 0.1°; those of networks and polynomials are a tenth of it.
-    smooth_error = 0.00175
-    # [count] Rows of bytes that are summed up in 16 bits. Source: the largest sum is 2¹⁶ − 1 =
-    # 257 × 255.
-    most_rows = 257
 
 
 class SlopeGrid:
@@ -143,9 +131,6 @@ class SlopeGrid:
         floor = np.float32(LEVELS.least_divisor_share * full_scale)
         self._base = np.maximum(self._average_cells(base), floor).reshape(-1, base.shape[2])
         self._place = self._average_cells(place(sampling.shape)).reshape(-1, 2)
-        self._still = _Still.from_model(model, self._place, reference.shape[2])
-        if self._still is not None:
-            self._response_rows = np.ascontiguousarray(self._still.response.transpose(2, 0, 1))
         self._fine_base = np.maximum(base, floor)
         self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
 
@@ -168,42 +153,14 @@ class SlopeGrid:
 
     def _average_cells(self, image: NDArray[Any]) -> Float32:
         """Average an image over the cells of the coarse grid, in float32."""
-        columns, rows = self._coarse
-        times, left = divmod(len(image), rows)
-        if image.dtype == np.uint8 and not left and times <= SLOPE_GRID.most_rows:
-            # sums of whole rows of bytes are much faster than means of numbers
-            sums = image.reshape(rows, times, -1).sum(axis=1, dtype=np.uint16)
-            wide = sums.astype(np.float32).reshape(rows, *image.shape[1:])
-            return np.asarray(shrink_image(wide, (columns, rows)) / np.float32(times), np.float32)
         return np.asarray(
             shrink_image(image.astype(np.float32, copy=False), self._coarse), np.float32
         )
 
     def _from_model(self, colours: Float32) -> Float32:
         """Evaluate the model on the coarse grid, (2, N)."""
-        colours = colours.reshape(len(self._place), -1)
-        if self._still is None:
-            features = np.concatenate([self._change(colours), self._place], axis=1)
-            return self._model(features).T
-        found, changed, change = self._extrapolate_model(self._still, colours)
-        if changed.size:
-            features = np.concatenate([change, self._place[changed]], axis=1)
-            found[:, changed] = self._model(features).T
-        return found
-
-    def _change(self, colours: Float32) -> Float32:
-        return np.asarray(colours / self._base - np.float32(1), np.float32)
-
-    def _extrapolate_model(
-        self, still: _Still, colours: Float32
-    ) -> tuple[Float32, NDArray[np.intp], Float32]:
-        """Extrapolate the model from the reference; also, where colours changed much, and how."""
-        change = self._change(colours)
-        # sums and maxima over long rows take a fifth of the time of those over short ones
-        rows = np.ascontiguousarray(change.T)
-        (changed,) = (np.abs(rows).max(axis=0) > SLOPE_GRID.small_change).nonzero()
-        found = still.normal_xy + np.einsum("ckn,cn->kn", self._response_rows, rows)
-        return found, changed, change.take(changed, axis=0)
+        change = colours.reshape(self._base.shape) / self._base - np.float32(1)
+        return self._model(np.concatenate([change, self._place], axis=1)).T
 
     def _looked_up(
         self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
@@ -212,14 +169,9 @@ class SlopeGrid:
 
         Returns the means of the colours and of both components over the cells of the coarse grid.
         """
-        h, w = smoothed.shape[:2]
-        columns, rows = self._coarse
         self._look_up(table, smoothed, normal_xy)
-        if h % rows:
-            averages = np.stack([self._average_cells(plane) for plane in normal_xy])
-        else:
-            averages = shrink_image(normal_xy.reshape(2 * h, w), (columns, 2 * rows))
-        return self._average_cells(smoothed), averages.reshape(2, rows, columns)
+        averages = np.stack([self._average_cells(plane) for plane in normal_xy])
+        return self._average_cells(smoothed), averages
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
         h, w = smoothed.shape[:2]
@@ -250,51 +202,6 @@ class SlopeGrid:
             cv2.add(plane, wide, dst=plane)
         gx, gy = normal_xy
         planes_to_gradient(gx, gy)
-
-
-class _Still(NamedTuple):
-    """A model at N places that show the reference, and how it responds to small changes there.
-
-    Attributes
-    ----------
-    normal_xy : (2, N) float32
-    response : (2, N, K) float32
-        Its derivatives by the relative change of each channel.
-    """
-
-    normal_xy: Float32
-    response: Float32
-
-    @classmethod
-    def from_model(cls, model: Model, places: Float32, channels: int) -> _Still | None:
-        """Evaluate a model around the reference at (N, 2) places.
-
-        None if it is not smooth there, as a table of few entries.
-        """
-        nothing = np.zeros((len(places), channels), np.float32)
-        step = np.float32(SLOPE_GRID.derivative_change)
-        response = np.empty((2, *nothing.shape), np.float32)
-        for k in range(channels):
-            more, less = nothing.copy(), nothing.copy()
-            more[:, k], less[:, k] = step, -step
-            change = model(np.hstack([more, places])) - model(np.hstack([less, places]))
-            response[..., k] = change.T / (2 * step)
-        still = cls(np.ascontiguousarray(model(np.hstack([nothing, places])).T), response)
-        for common in (SLOPE_GRID.small_change, -SLOPE_GRID.small_change / 2):
-            all_alike = np.full_like(nothing, common)
-            exact = model(np.hstack([all_alike, places])).T
-            if (
-                np.abs(still.extrapolate_normals(all_alike) - exact).mean()
-                > SLOPE_GRID.smooth_error
-            ):
-                return None
-        return still
-
-    def extrapolate_normals(self, change: Float32) -> Float32:
-        """Return (2, N) components of the normal for small relative changes (N, K)."""
-        return np.asarray(
-            self.normal_xy + np.einsum("knc,nc->kn", self.response, change), np.float32
-        )
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:

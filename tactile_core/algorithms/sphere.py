@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import TINY, Array, Bool, Float32, Float64, from_middle
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
 
 
 class SPHERE:
@@ -29,14 +29,6 @@ class SPHERE:
     fewest_pixels = 40
     # [count] At most this many pixels are fitted. Source: by hand, limits the time.
     most_pixels = 4000
-    # [count] Most steps of Levenberg–Marquardt. Source: by hand, a ball takes about ten.
-    most_steps = 100
-    # [ratio] They end where the cost falls by less than this share. Source: mathematics; the root
-    # of it is the relative error of the parameters.
-    settled = 1e-10
-    # [ratio] First damping, and the factor by which it changes. Source: Marquardt's choice.
-    damping = 1e-2
-    damping_factor = 10.0
 
 
 class FittedSphere(NamedTuple):
@@ -98,53 +90,29 @@ def _largest_part(mask: Bool) -> Bool:
 
 
 def _fit_sphere(points: Float64) -> FittedSphere:
-    """Return the sphere whose heights fit (N, 3) points best: Levenberg–Marquardt [1]_.
+    """Return the sphere whose heights fit (N, 3) points best."""
+    from scipy.optimize import least_squares
 
-    References
-    ----------
-    .. [1] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters",
-       SIAM Journal on Applied Mathematics 11(2), 1963.
-    """
     middle = points.mean(axis=0)
     x, y, z = (points - middle).T
     extent, depth = float(np.hypot(x, y).max()), max(float(np.ptp(z)), 1e-6)
     # curvature instead of radius: a flat surface is a finite parameter
     curvature = 2 * depth / (extent**2 + depth**2)
-    scale = np.array([extent, extent, depth, curvature])
-    at = np.array([0.0, 0.0, float(z.max()), curvature])
-    cost, normal, pull = _linearise_cost(at, x, y, z, scale)
-    damping = SPHERE.damping
-    for _ in range(SPHERE.most_steps):
-        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal) + TINY), pull) * scale
-        new = _linearise_cost(at + step, x, y, z, scale)
-        if new[0] > cost:
-            damping *= SPHERE.damping_factor
-            continue
-        at, damping = at + step, damping / SPHERE.damping_factor
-        settled = cost - new[0] <= SPHERE.settled * cost
-        cost, normal, pull = new
-        if settled:
-            break
-    radius_px = float(1 / at[3]) if at[3] else float("inf")
-    return FittedSphere((float(middle[0] + at[0]), float(middle[1] + at[1])), radius_px)
 
+    def residuals(at: Float64) -> Float64:
+        square = (x - at[0]) ** 2 + (y - at[1]) ** 2
+        root = np.sqrt(np.maximum(1 - at[3] ** 2 * square, 0))
+        return np.asarray(at[2] - square * at[3] / (1 + root) - z)
 
-def _linearise_cost(
-    at: Float64, x: Float64, y: Float64, z: Float64, scale: Float64
-) -> tuple[float, Float64, Float64]:
-    """Soft-L1 cost, and its normal matrix and gradient by the scaled parameters."""
-    dx, dy, curvature = x - at[0], y - at[1], at[3]
-    square = dx * dx + dy * dy
-    inside = 1 - curvature**2 * square
-    root = np.sqrt(np.maximum(inside, 1e-3))
-    residual = at[2] - square * curvature / (1 + root) - z
-    by_square = np.where(inside > 1e-3, curvature / (2 * root), curvature / (1 + root))
-    by_curvature = np.where(inside > 1e-3, square / (root * (1 + root)), square / (1 + root))
-    columns = np.stack([2 * dx * by_square, 2 * dy * by_square, np.ones_like(x), -by_curvature])
-    columns *= scale[:, None]
-    length = np.sqrt(1 + (residual / SPHERE.residual_px) ** 2)
-    weighted = columns / length
-    return float((length - 1).sum()), weighted @ columns.T, weighted @ residual
+    found = least_squares(
+        residuals,
+        (0.0, 0.0, float(z.max()), curvature),
+        x_scale=(extent, extent, depth, curvature),
+        loss="soft_l1",
+        f_scale=SPHERE.residual_px,
+    ).x
+    radius_px = float(1 / found[3]) if found[3] else float("inf")
+    return FittedSphere((float(middle[0] + found[0]), float(middle[1] + found[1])), radius_px)
 
 
 def cap(square: Array, radius: float) -> Array:

@@ -11,9 +11,9 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells, refine_cells
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.levelling import set_to_rest
-from tactile_core.algorithms.poisson import PoissonSolver, integrate_robustly
+from tactile_core.algorithms.poisson import integrate, integrate_robustly
+from tactile_core.algorithms.poisson.errors import height_std
 from tactile_core.algorithms.poisson.integration import between_cells
-from tactile_core.algorithms.poisson.screened import height_std
 from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -49,10 +49,10 @@ class Poisson(Estimator):
     the height of the reference is 0. With "neumann" the height has a free constant, set by the
     surface out of contact. A tilt of the whole map below ``drift_slope`` counts as illumination
     drift and is removed, too, since no press tilts the surface far from it; for the exceptions see
-    :func:`tactile_core.algorithms.levelling.rest_plane`. With ``levelled``, other smooth errors
+    :func:`tactile_core.algorithms.levelling.fit_rest_plane`. With ``levelled``, other smooth errors
     are estimated where the surface is undeformed, and subtracted; see
-    :func:`tactile_core.algorithms.rest_area.height_error`. With "dirichlet" the height is 0 at the
-    border of the image, and nothing is shifted.
+    :func:`tactile_core.algorithms.levelling.estimate_error`. With "dirichlet" the height is 0 at
+    the border of the image, and nothing is shifted.
 
     References
     ----------
@@ -85,15 +85,10 @@ class Poisson(Estimator):
         """Return the height, 0 where undeformed and positive where pressed."""
         slopes = self._relative_to(gradients, reference)
         mm_per_cell = gradients.mm_per_px * slopes.step_px
-        solver = PoissonSolver(
-            slopes.gx.shape,
-            mm_per_px=mm_per_cell,
-            boundary=self._boundary,
-        )
         gx, gy, step_px = slopes.gx, slopes.gy, slopes.step_px
         # cells are wide enough for the curvature of the surface to matter between their centres
         sharp = between_cells(gx, gy, averaged=slopes.averaged) if step_px > 1 else (gx, gy)
-        height_mm = solver.solve(*sharp)
+        height_mm = integrate(*sharp, mm_per_px=mm_per_cell, boundary=self._boundary)
         if self._boundary == "neumann":
             set_to_rest(
                 height_mm,

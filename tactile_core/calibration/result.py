@@ -10,7 +10,7 @@ from typing import Any, Generic, Self
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.filling import gradient
+from tactile_core.algorithms.arrays.gradient import gradient
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.press_search import light_of, refound, relocate_press

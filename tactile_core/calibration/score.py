@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.algorithms.levelling import set_to_rest
-from tactile_core.algorithms.poisson.screened import height_std
+from tactile_core.algorithms.poisson.errors import height_std
 from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.interfaces.calibrator import Press

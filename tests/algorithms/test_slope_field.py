@@ -130,31 +130,6 @@ def test_the_undeformed_surface_is_flat_under_its_markers_too(
     assert np.hypot(gx, gy).max() < 0.03
 
 
-@pytest.mark.parametrize("steps_per_unit", [0, 20], ids=["smooth", "with steps"])
-def test_only_a_smooth_model_is_extrapolated_from_the_reference(
-    scene: tuple[np.ndarray, np.ndarray], steps_per_unit: int
-) -> None:
-    evaluated: list[int] = []
-
-    def counted(features: np.ndarray) -> np.ndarray:
-        evaluated.append(len(features))
-        if steps_per_unit:
-            features = np.floor(features * steps_per_unit) / np.float32(steps_per_unit)
-        return model(features)
-
-    _, reference = scene
-    table = bake(counted, Axis(per_unit=80, first=45, count=80))
-    field = SlopeField(counted, table, reference)
-    brighter = np.rint(reference * 1.01).astype(np.uint8)
-    field.measure(brighter)
-    evaluated.clear()
-    found = np.stack(field.measure(brighter)[:2])
-    assert sum(evaluated) == (1200 if steps_per_unit else 0)
-    if not steps_per_unit:
-        expected = model(np.float32([[0.01, 0.01, 0.01, 0, 0]]))[0]
-        assert found.mean(axis=(1, 2)) == pytest.approx(expected, abs=2e-3)
-
-
 @pytest.mark.parametrize("marked", [False, True])
 def test_slopes_for_heights_are_means_over_wider_cells(marked: bool) -> None:
     y, x = np.mgrid[:480, :640]

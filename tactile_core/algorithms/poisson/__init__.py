@@ -6,7 +6,7 @@ takes the divergence and the Laplacian from the same staggered difference, so a 
 average to its differences is recovered exactly, at every size.
 """
 
-from tactile_core.algorithms.poisson.integration import PoissonSolver, integrate
+from tactile_core.algorithms.poisson.integration import integrate
 from tactile_core.algorithms.poisson.robust import integrate_robustly
 
-__all__ = ["PoissonSolver", "integrate", "integrate_robustly"]
+__all__ = ["integrate", "integrate_robustly"]

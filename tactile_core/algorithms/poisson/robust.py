@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
-from tactile_core.algorithms.poisson.integration import PoissonSolver
-from tactile_core.algorithms.poisson.screened import laplacian
+from tactile_core.algorithms.poisson.integration import integrate, solve_poisson
 from tactile_core.errors import InputError
 
 
@@ -80,10 +79,10 @@ def integrate_robustly(
        Journal on Imaging Sciences 2(2), 2009.
     """
     gx, gy = np.asarray(gx), np.asarray(gy)
-    height = PoissonSolver(gx.shape, mm_per_px=mm_per_px).solve(gx, gy)
+    gx, gy = gx.astype(np.float32, copy=False), gy.astype(np.float32, copy=False)
+    height = integrate(gx, gy, mm_per_px=mm_per_px)
     if valid is not None and valid.shape != height.shape:
         raise InputError(f"valid is {valid.shape} where the slopes are {height.shape}")
-    inverse = laplacian(height.shape, "neumann", np.float32)
     rise = _at_faces(gx, gy) * np.float32(mm_per_px)
     weight = None if valid is None or valid.all() else _weights(valid)
     most = np.float32(ROBUST.step_slope * mm_per_px)
@@ -100,7 +99,7 @@ def integrate_robustly(
             updated *= weight
         multipliers -= updated
         multipliers -= updated
-        height += inverse.solve(_divergence(multipliers))
+        height += solve_poisson(_divergence(multipliers), "neumann")
         multipliers, residual = updated, multipliers
     return height
 

@@ -54,13 +54,11 @@ def _integrated(rng: Random) -> Any:
     from tactile_core.algorithms.poisson import integrate
 
     level = np.linspace(-0.1, 0.1, 12 * 10, dtype=np.float32).reshape(10, 12)
-    mask = None if rng.random() < 0.6 else _array(rng, level > -0.05)
     return integrate(
         _array(rng, level),
         _array(rng, level),
         mm_per_px=_number(rng, 0.1),
         boundary=_word(rng, rng.choice(("neumann", "dirichlet"))),  # type: ignore[arg-type]
-        mask=mask,
     )
 
 

@@ -9,11 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-<<<<<<< HEAD:tactile_core/algorithms/slip/plane.py
-=======
-from tactile_core.algorithms.arrays.gradient import gradient
-from tactile_core.algorithms.arrays.regression import quantile
->>>>>>> heights:tactile_core/algorithms/slip/recent_fields.py
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
 
 Scalar = TypeVar("Scalar", bound=np.generic)

@@ -23,7 +23,7 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
     Parameters
     ----------
     gx, gy : (H, W)
-        ∂z/∂x and ∂z/∂y, of one floating dtype.
+        ∂z/∂x and ∂z/∂y, C-contiguous and of one floating dtype.
     boundary : "neumann" or "dirichlet"
         Condition at the border of the image.
 
@@ -32,14 +32,16 @@ def double_divergence(gx: Array, gy: Array, boundary: Boundary) -> Array:
     (H, W) array
         A new array.
     """
-    total = np.empty_like(gx)
-    total[:, 1:-1] = gx[:, 2:] - gx[:, :-2]
-    total[:, 0], total[:, -1] = _ends(gx.T, boundary)
-    total[1:-1] += gy[2:] - gy[:-2]
-    first, last = _ends(gy, boundary)
-    total[0] += first
-    total[-1] += last
-    return total
+    across, down = np.empty_like(gx), np.empty_like(gy)
+    flat = gx.reshape(-1)
+    # the difference of the flat array is wrong at the ends of rows, which are set below; it takes
+    # half of the time of a difference over slices of rows
+    np.subtract(flat[2:], flat[:-2], out=across.reshape(-1)[1:-1])
+    across[:, 0], across[:, -1] = _ends(gx.T, boundary)
+    np.subtract(gy[2:], gy[:-2], out=down[1:-1])
+    down[0], down[-1] = _ends(gy, boundary)
+    across += down
+    return across
 
 
 def _ends(slopes: Array, boundary: Boundary) -> tuple[Array, Array]:
@@ -176,7 +178,7 @@ def integrate(
     gx, gy = np.asarray(gx), np.asarray(gy)
     _check_arguments(gx, gy, mm_per_px, boundary)
     dtype = np.result_type(gx, gy, np.float32)
-    gx, gy = gx.astype(dtype, copy=False), gy.astype(dtype, copy=False)
+    gx, gy = np.ascontiguousarray(gx, dtype), np.ascontiguousarray(gy, dtype)
     rhs = double_divergence(gx, gy, boundary)
     rhs *= dtype.type(0.5 * mm_per_px)
     height = solve_poisson(rhs, boundary).astype(np.float32, copy=False)

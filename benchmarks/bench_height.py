@@ -98,6 +98,6 @@ def test_find_markers(benchmark: Any, shape: tuple[int, int]) -> None:
 
     def both() -> Any:
         contrast = contrast_of(image, diameter_px=14)
-        return find_markers(contrast, shape, diameter_px=14, pitch_px=40)
+        return find_markers(contrast, shape, diameter_px=14)
 
     benchmark(both)

@@ -24,7 +24,7 @@ from tactile_core.algorithms.contact import _parts
 from tactile_core.algorithms.displacement import decompose_field
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.marker_tracking.pairing import pair_nearest
-from tactile_core.algorithms.markers.spots import _moments
+from tactile_core.algorithms.markers.detection import find_spots, measure_spots
 from tactile_core.algorithms.photometric import fill_markers
 from tactile_core.algorithms.sampling import two_within
 
@@ -78,12 +78,12 @@ def spots() -> Iterator[Row]:
     """Centroids of printed markers at half resolution, as in marker detection."""
     size = SHAPE[1] // 2, SHAPE[0] // 2
     weight = np.asarray(cv2.resize(dots(), size, interpolation=cv2.INTER_AREA), np.uint8)
-    count, found = cv2.connectedComponents((weight > 60).view(np.uint8), ltype=cv2.CV_16U)
-    labels = np.asarray(found, np.uint16)
+    found = find_spots((weight > 60).view(np.uint8))
+    labels = np.asarray(found.labels)
 
     def ours() -> Array:
-        total, x, y, *_ = _moments(labels, weight, count)[:, 1:]
-        return np.stack([y / total, x / total])
+        _, centres = measure_spots(found, weight, rim=0)
+        return np.asarray(centres[:, ::-1].T)
 
     def library() -> Array:
         regions = measure.regionprops_table(labels, weight, ["centroid_weighted"])

@@ -77,10 +77,7 @@ class MarkerFinder:
         if marker_contrast is None:
             marker_contrast = self._contrast(frame)
         centres_px, cut = find_markers(
-            marker_contrast,
-            frame.pixels.shape[:2],
-            diameter_px=self.diameter_px,
-            pitch_px=self.pitch_px,
+            marker_contrast, frame.pixels.shape[:2], diameter_px=self.diameter_px
         )
         return MarkerDetections(centres_px, cut, timestamp_s)
 

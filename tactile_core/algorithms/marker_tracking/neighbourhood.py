@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.marker_tracking.pairing import NEIGHBOURHOOD, nearest
+from tactile_core.algorithms.marker_tracking.pairing import GROWTH, NEIGHBOURHOOD, nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +27,9 @@ class Neighbourhood:
         Coefficient of each neighbour in the plane fit at the marker, with equal trust in all.
     offsets : (N, K, 2) float64
         Position of each neighbour relative to the marker, in pitches.
-    pairs : (E, 2) intp
-        Pairs of markers, at least one of which is a neighbour of the other.
-    apart : (E,) float64
-        Distance between the markers of each pair, in pitches.
     pitch_px : float
         Median distance between nearest neighbours.
-    nearest_px : (N,) float64
+    spacing_px : (N,) float64
         Distance of each marker's nearest neighbour, at most the pitch.
 
     References
@@ -46,10 +42,8 @@ class Neighbourhood:
     moments: Array
     shares: Array
     offsets: Array
-    pairs: NDArray[np.intp]
-    apart: Array
     pitch_px: float
-    nearest_px: Array
+    spacing_px: Array
 
     @classmethod
     def from_places(cls, places_px: Array) -> Neighbourhood:
@@ -64,27 +58,15 @@ class Neighbourhood:
         x, y = np.moveaxis((places_px[index] - places_px[:, None]) / reach[..., None], -1, 0)
         ridge = NEIGHBOURHOOD.ridge
         powers = [np.ones_like(x), x, y, x * x + ridge, x * y, y * y + ridge]
-        one = np.repeat(np.arange(count), wanted)
-        lower, upper = np.minimum(one, index.ravel()), np.maximum(one, index.ravel())
-        pairs = np.stack(np.divmod(np.unique(lower * count + upper), count), axis=1)
-        apart = np.hypot(*(places_px[pairs[:, 0]] - places_px[pairs[:, 1]]).T) / pitch
         moments = np.stack([weight * power for power in powers], axis=-1)
         return cls(
             index,
             moments,
             _shares(moments, np.ones(index.shape)),
             (places_px[index] - places_px[:, None]) / pitch,
-            pairs,
-            apart,
             pitch,
             np.minimum(distance[:, 0], pitch),
         )
-
-    def spacing_px(self, places_px: Array) -> Array:
-        """Distance (N,) to the nearest neighbour, in the reference or at (N, 2), the shorter."""
-        # neighbour by neighbour: a minimum over the first axis is many times faster
-        x, y = (side.take(self.index.T) - side for side in places_px.T)
-        return np.asarray(np.minimum(self.nearest_px, np.sqrt((x * x + y * y).min(axis=0))))
 
     def fit(self, values: Array, trust: Array) -> Array:
         """Predict the value of each marker from its neighbours, by a weighted plane fit.
@@ -101,37 +83,10 @@ class Neighbourhood:
             0 where no neighbour has a weight.
         """
         if trust.all() and trust.min() == trust.max():
-            return self.plane(values)
-        return self._predict_values(_shares(self.moments, trust.take(self.index)), values)
-
-    def plane(self, values: Array) -> Array:
-        """Predict as :meth:`fit` does with equal trust in all markers, by numpy."""
-        return self._predict_values(self.shares, values)
-
-    def _predict_values(self, share: Array, values: Array) -> Array:
+            share = self.shares
+        else:
+            share = _shares(self.moments, trust.take(self.index))
         return np.asarray(np.einsum("nk,nkc->nc", share, values.take(self.index, axis=0)))
-
-    def deviation(self, values: Array, known: Bool, rounds: int = 2) -> tuple[Array, Array]:
-        """Predict each marker by a robust plane fit, and return its residual.
-
-        The fit is reweighted iteratively with Cauchy weights, so outliers lose their influence.
-
-        Returns
-        -------
-        expected : (N, 2) float64
-        distance : (N,) float64
-            Length of the residual.
-        """
-        trust = known.astype(np.float64)
-        for iteration in range(rounds + 1):
-            expected = self.fit(values, trust)
-            distance = np.hypot(*(values - expected).T)
-            if iteration == rounds or not known.any():
-                break
-            least = NEIGHBOURHOOD.min_sigma_pitches * self.pitch_px
-            scale = max(sigma_of(distance[known]), least)
-            trust = known / (1 + (distance / (NEIGHBOURHOOD.outlier_sigmas * scale)) ** 2)
-        return expected, distance
 
     def nearby(self, distance: Array, known: Bool) -> Array:
         """Mean (N,) over the known neighbours of each marker; 0 without any."""
@@ -154,35 +109,17 @@ class Neighbourhood:
         """Number (N,) of known neighbours of each marker."""
         return np.asarray(known[self.index].sum(axis=1))
 
-    def coherent(self, values: Array, known: Bool, most: float, beyond: float = 1.0) -> Bool:
-        """Which pairs of known markers differ by less than ``most`` pitches per pitch of distance.
-
-        The allowed difference is constant for pairs closer than one pitch and for those farther
-        apart than ``beyond`` pitches.
-        """
-        one, other = self.pairs.T
-        difference = np.hypot(*(values[one] - values[other]).T)
-        allowed = most * self.pitch_px * np.clip(self.apart, 1, beyond)
-        return np.asarray(known[one] & known[other] & (difference <= allowed))
-
-    def components(self, bonds: Bool) -> NDArray[np.int32]:
-        """Label the connected components of the markers, given the pairs that are connected.
-
-        Parameters
-        ----------
-        bonds : (E,) bool
-
-        Returns
-        -------
-        (N,) int32
-        """
-        from scipy.sparse import coo_matrix
+    def find_regions(self, step_px: Array, known: Bool) -> NDArray[np.int32]:
+        """Label the regions (N,) of known markers whose steps are like those of neighbours."""
+        from scipy.sparse import csr_matrix
         from scipy.sparse.csgraph import connected_components
 
-        count = len(self.index)
-        one, other = self.pairs[bonds].T
-        graph = coo_matrix((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
-        return np.asarray(connected_components(graph, directed=False)[1])
+        x, y = (along[self.index] - along[:, None] for along in step_px.T)
+        alike = np.hypot(x, y) < GROWTH.tear_pitches * self.pitch_px
+        one, rank = (alike & known[self.index] & known[:, None]).nonzero()
+        count = len(known)
+        bonds = csr_matrix((np.ones(len(one)), (one, self.index[one, rank])), (count, count))
+        return np.asarray(connected_components(bonds, directed=False)[1])
 
 
 def _shares(moments: Array, trusted: Array) -> Array:

@@ -12,7 +12,7 @@ from tactile_core.algorithms.markers.contrast import (
     check_image,
     contrast_of,
 )
-from tactile_core.algorithms.markers.detection import find_markers
+from tactile_core.algorithms.markers.detection import find_markers, find_spots
 
 
 class LATTICE:
@@ -49,10 +49,6 @@ class LATTICE:
     # of any spot.
     min_area = 0.2
     min_area_px: float = 3
-    # [share of the bounding box] Minimum area of a compact spot. Source: by hand, below the π/4
-    # of a disc.
-    fill = 0.55
-    aspect = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
 
 
 def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
@@ -117,25 +113,19 @@ def _typical_peak(contrast: Array, diameter_px: float) -> float:
     """Median of the peak contrast of the larger spots; 0 without any."""
     from scipy.ndimage import maximum
 
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (contrast > LATTICE.min_contrast).view(np.uint8)
-    )
-    area = stats[1:, cv2.CC_STAT_AREA]
-    large = np.flatnonzero(area > LATTICE.min_area * diameter_px**2) + 1
+    spots = find_spots((contrast > LATTICE.min_contrast).view(np.uint8))
+    large = np.flatnonzero(spots.area > LATTICE.min_area * diameter_px**2) + 1
     if not large.size:
         return 0.0
-    return float(np.median(maximum(contrast, np.asarray(labels, np.intp), large)))
+    return float(np.median(maximum(contrast, spots.labels, large)))
 
 
 def _compact_spots(dark: Bool) -> tuple[Array, Array]:
     """Centres (N, 2) and diameters (N,) of the compact spots that do not touch the border."""
-    _, _, stats, centres = cv2.connectedComponentsWithStats(dark.view(np.uint8))
-    x, y, width, height, area = stats.T
-    inside = (x > 0) & (y > 0) & (x + width < dark.shape[1]) & (y + height < dark.shape[0])
-    longer, shorter = np.maximum(width, height), np.minimum(width, height)
-    compact = (area > LATTICE.fill * width * height) & (longer < LATTICE.aspect * shorter)
-    keep = inside & compact & (area > LATTICE.min_area_px)
-    return centres[keep], np.sqrt(4 * area[keep] / np.pi)
+    spots = find_spots(dark.view(np.uint8))
+    low, high = spots.find_borders()
+    keep = spots.compact & ~(low | high).any(axis=1) & (spots.area > LATTICE.min_area_px)
+    return spots.centres[keep], np.sqrt(4 * spots.area[keep] / np.pi)
 
 
 class COUNT:
@@ -191,7 +181,6 @@ def detectable_diameter(pixels: Array) -> tuple[float, float, int] | None:
             contrast_of(pixels, diameter_px=larger_px),
             (pixels.shape[0], pixels.shape[1]),
             diameter_px=larger_px,
-            pitch_px=pitch_px,
         )
         if not too_few(len(centres_px), pixels.shape, pitch_px):
             return larger_px, pitch_px, len(centres_px)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
 from tactile_core.algorithms.marker_tracking.pairing import GROWTH, UNMATCHED, nearest, pair_nearest
@@ -55,12 +56,12 @@ class Scene:
             Markers that may be matched.
         """
         base_px = last_px + momentum_px
-        owner, still = (self.pair_markers(px, searched) for px in (base_px, last_px))
-        paired, few = owner >= 0, GROWTH.max_outliers
-        if np.count_nonzero(paired & (still >= 0) & (still != owner)) > few:
-            return None
+        owner = self.pair_markers(base_px, searched)
         if self.is_smooth(base_px, owner):
             return owner
+        still, paired, few = self.pair_markers(last_px, searched), owner >= 0, GROWTH.max_outliers
+        if np.count_nonzero(paired & (still >= 0) & (still != owner)) > few:
+            return None
         grown = self.grow(base_px, owner, searched)
         share = GROWTH.max_outlier_share * np.count_nonzero(paired)
         if np.count_nonzero(paired & (grown != owner)) > max(few, share):
@@ -133,17 +134,19 @@ class Scene:
     def measure_tolerance(self, residual_px: Array, matched: Bool) -> Array:
         """Residual (N,) from its neighbours' prediction above which a marker is an outlier, px.
 
-        It grows with the residuals nearby, and with the uncertainty of the marker's position. It is
-        wider while there are few missing markers or few spurious detections, since a mismatch
-        needs both.
+        It grows with the residuals of all others, with those nearby, and with the uncertainty of
+        the marker's position. It is wider while there are few missing markers or few spurious
+        detections, since a mismatch needs both.
         """
         left_over = max(len(self.found_px) - int(np.count_nonzero(matched)), 0)
         missing = int(np.count_nonzero(self.in_view & ~matched))
         clutter_free = GROWTH.gate_spacings / (1 + missing * left_over / len(matched))
         spacing_px = self.around.spacing_px
-        nearby_px = GROWTH.nearby_residuals * self.around.nearby(residual_px, matched)
+        nearby_px = self.around.nearby(residual_px, matched)
+        noise_px = sigma_of(residual_px[matched]) if matched.any() else 0.0
         least_px = max(clutter_free, GROWTH.min_tolerance) * spacing_px
-        allowed_px = np.maximum(nearby_px, self.uncertainty_px)
+        allowed_px = GROWTH.typical_residuals * np.maximum(nearby_px, noise_px)
+        allowed_px = np.maximum(allowed_px, self.uncertainty_px)
         return np.clip(allowed_px, least_px, GROWTH.gate_spacings * spacing_px)
 
     def keep_largest_region(self, base_px: Array, owner: Intp) -> Intp:

@@ -92,7 +92,9 @@ class GROWTH:
     gate_spacings = 0.3
     # [spacings] Lower bound of the tolerance, the residual at which a marker is an outlier.
     min_tolerance = 0.1
-    nearby_residuals = 2.5  # [ratio] Tolerance relative to the mean residual nearby
+    # [ratio] Tolerance relative to the noise sigma of all residuals, and to the mean residual
+    # nearby.
+    typical_residuals = 2.5
     # [count] Rounds of growth; it converges in fewer.
     rounds = 15
     # [count] Most markers of a small and smooth step that are outliers, ambiguous or torn off.

@@ -189,7 +189,7 @@ def measure_spots(spots: Spots, weight: UInt8, *, rim: int) -> tuple[Float64, Fl
     Where the rims of two spots overlap, a pixel belongs to the last spot.
     """
     wide = np.asarray(cv2.dilate(spots.labels, square(rim)))
-    (pixels,) = wide.ravel().nonzero()
+    (pixels,) = (wide.ravel() != 0).nonzero()  # three times as fast as of labels
     y, x = np.divmod(pixels, wide.shape[1])
     of, weights = wide.ravel()[pixels], weight.ravel()[pixels].astype(np.float64)
     count = len(spots.area) + 1

@@ -157,16 +157,25 @@ class Scene:
         return np.where(matched & (region == largest), owner, UNMATCHED)
 
     def match_best(self, hypotheses: list[tuple[Array, Bool]]) -> Intp:
-        """Match under several hypotheses, and return the matches of the one that has most.
+        """Match under several hypotheses, and return the best matches.
 
         Each hypothesis is the positions (N, 2) from which steps are smooth, and the markers (N,)
-        that are searched for.
+        that are searched for. It starts from its largest region of coherent steps.
         """
         matches = []
         for base_px, searched in hypotheses:
-            owner = self.pair_markers(base_px, searched)
-            matches.append(self.grow(base_px, owner, searched, relaxed=True))
-        return max(matches, key=lambda owner: np.count_nonzero(owner >= 0))
+            seed = self.keep_largest_region(base_px, self.pair_markers(base_px, searched))
+            owner = self.grow(base_px, seed, searched, relaxed=True)
+            matches.append((base_px, self.keep_largest_region(base_px, owner)))
+        return max(matches, key=lambda match: self.score_matches(*match))[1]
+
+    def score_matches(self, base_px: Array, owner: Intp) -> float:
+        """Share of the markers that are matched, less the cost of steps unlike the neighbours'."""
+        step_px, matched = self.measure_steps(base_px, owner)
+        uneven = self.around.measure_unevenness(step_px) ** 2
+        both = matched[:, None] & matched[self.around.index]
+        cost = GROWTH.strain_cost * np.minimum(uneven, 1)[both].sum() / len(matched)
+        return float(matched.mean() - cost)
 
     def find_shift(self, last_px: Array) -> Array:
         """The shift (2,) by which most markers find a detection, by a smoothed histogram."""

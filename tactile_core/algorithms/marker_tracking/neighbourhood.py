@@ -109,13 +109,17 @@ class Neighbourhood:
         """Number (N,) of known neighbours of each marker."""
         return np.asarray(known[self.index].sum(axis=1))
 
+    def measure_unevenness(self, step_px: Array) -> Array:
+        """Difference (N, K) of the step of each marker from those of its neighbours, pitches."""
+        x, y = (along[self.index] - along[:, None] for along in step_px.T)
+        return np.asarray(np.hypot(x, y) / self.pitch_px)
+
     def find_regions(self, step_px: Array, known: Bool) -> NDArray[np.int32]:
         """Label the regions (N,) of known markers whose steps are like those of neighbours."""
         from scipy.sparse import csr_matrix
         from scipy.sparse.csgraph import connected_components
 
-        x, y = (along[self.index] - along[:, None] for along in step_px.T)
-        alike = np.hypot(x, y) < GROWTH.tear_pitches * self.pitch_px
+        alike = self.measure_unevenness(step_px) < GROWTH.tear_pitches
         one, rank = (alike & known[self.index] & known[:, None]).nonzero()
         count = len(known)
         bonds = csr_matrix((np.ones(len(one)), (one, self.index[one, rank])), (count, count))

@@ -106,6 +106,8 @@ class GROWTH:
     # [pitches] Neighbours whose steps differ by more belong to different regions. Source: half of a
     # pitch; beyond it another marker is closer.
     tear_pitches = 0.5
+    # [share of the markers] What a pair of neighbours costs whose steps differ by a pitch.
+    strain_cost = 0.12
     # [pitches] Longest shift that all markers may share. Source: chosen on virtual strokes, which
     # move by up to two thirds of a pitch per frame.
     farthest_shift_pitches = 1.2

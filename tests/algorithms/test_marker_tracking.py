@@ -99,6 +99,16 @@ def test_markers_are_recovered_after_frames_without_most_of_them() -> None:
     assert swapped(tracker, truth) == 0
 
 
+def test_a_frame_without_any_detection_loses_all_markers_until_they_are_seen_again() -> None:
+    tracker = MarkerTracker(grid())
+    tracker.update(grid())
+    tracker.update(np.zeros((0, 2)))
+    assert not tracker.seen.any()
+    tracker.update(grid())
+    assert tracker.seen.all()
+    assert swapped(tracker, grid()) == 0
+
+
 def test_a_release_within_one_frame_swaps_no_marker() -> None:
     rest = grid()
     tracker = MarkerTracker(rest)

@@ -7,7 +7,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene, outrun_pitches
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, TRACKER
+from tactile_core.algorithms.marker_tracking.pairing import GROWTH, TRACKER, UNMATCHED
 
 
 class MarkerTracker:
@@ -103,6 +103,8 @@ class MarkerTracker:
 
     def _match_markers(self, scene: Scene) -> Intp:
         """Matches of all markers."""
+        if not len(scene.found_px):
+            return np.full(len(self.px), UNMATCHED, np.intp)
         certain_px = GROWTH.gate_spacings * scene.around.spacing_px
         searched = (self._uncertainty_px <= certain_px) | self.lost
         if not self.lost:

@@ -23,9 +23,10 @@ from tactile_core.algorithms.slope_grid import coarse_size
 class LEVELLING:
     """Parameters of the undeformed surface. What a user may set is the largest tilt."""
 
-    # [count] Approximate number of cells over which heights and slopes are averaged. Source: on
-    # recordings, 1200 leave higher heights far from contacts, and other figures equal (ADR 47).
-    cells = 300
+    # [count] Approximate number of cells over which heights and slopes are averaged. Source: small
+    # enough to see the gel between the balls of a grid; with 300, their heights fade by a fifth
+    # while the lights drift (ADR 47).
+    cells = 1200
     # [share of the cells] Cells near the median slope that a tilt takes to count as drift. Source:
     # by hand, fewer may as well be the flank of a wide object.
     least_calm_share = 0.3

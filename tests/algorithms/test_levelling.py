@@ -99,7 +99,7 @@ def test_a_shallow_disc_stays_raised_next_to_a_higher_smooth_error() -> None:
     x, y = places()
     disc = plateau(4.5, 7.2, 0.06, 3.5, 0.3)
     hill = 0.25 * np.exp(-((x - 17) ** 2 + (y - 7) ** 2) / (2 * 4.0**2))
-    assert levelled(disc + hill)[disc == 0.06].mean() == pytest.approx(0.06, rel=0.1)
+    assert levelled(disc + hill)[disc == 0.06].mean() == pytest.approx(0.06, rel=0.2)
 
 
 def test_a_flat_top_that_fills_half_of_the_image_stays_raised() -> None:

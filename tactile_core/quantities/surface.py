@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -135,10 +135,6 @@ class HeightMap(Quantity):
     def summary(self) -> Mapping[str, Any]:
         """Return the largest height."""
         return {"max_height_mm": float(self.mm.max())}
-
-    def shift_height(self, offset_mm: float) -> Self:
-        """Return a copy raised by ``offset_mm``."""
-        return replace(self, mm=self.mm + np.float32(offset_mm))
 
 
 # Share of the view above which a contact is doubted; plates that fill it leave more at rest.

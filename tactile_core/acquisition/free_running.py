@@ -32,31 +32,27 @@ class Clock(NamedTuple):
 HOST = Clock(time.monotonic, time.sleep)  # The clock of every camera's timestamps
 
 
-class FREE_RUNNING:
-    """How the timing of a free-running camera is measured."""
-
-    # [count] Images from which frame period and jitter are measured. Source: their median is that
-    # of a period although a few are lost.
-    images = 9
-    # [count] Times that a light is switched on, at as many phases of the frame period. Source:
-    # the delay is then overestimated by a sixth of a period at most, which leaves a quarter of a
-    # period for transfer and lights where an image can be used every other period.
-    blinks = 6
-    # [count] Parts of the image, in the direction of the rows, that are lit separately by a
-    # rolling shutter. Source: a compromise between noise and delay, whose effect is allowed for.
-    bands = 8
-    # [ratio] Share of its brightness from which a band counts as fully lit. Source: above the
-    # flicker and noise of the mean of a band.
-    lit_share = 0.97
-    # [share of the full scale] Change of brightness that can be measured. Source: five grey
-    # levels of eight bits.
-    least_step = 0.02
-    # [s] Longest wait for an image while the timing is measured. Source: a camera starts within
-    # this time.
-    first_timeout_s = 3.0
-    # [s] Age of a new image from which its timestamp cannot be of the host's clock. Source:
-    # longer than any camera buffers.
-    strange_s = 10.0
+# [count] Images from which frame period and jitter are measured: their median is that of a period
+# although a few are lost
+_IMAGES = 9
+# [count] Times that a light is switched on, at as many phases of the frame period: the delay is
+# then overestimated by a sixth of a period at most, which leaves a quarter of a period for transfer
+# and lights where an image can be used every other period
+_BLINKS = 6
+# [count] Parts of the image, in the direction of the rows, that are lit separately by a rolling
+# shutter: a compromise between noise and delay, whose effect is allowed for
+_BANDS = 8
+# [ratio] Share of its brightness from which a band counts as fully lit: above the flicker and noise
+# of the mean of a band
+_LIT_SHARE = 0.97
+# [share of the full scale] Change of brightness that can be measured: five grey levels of eight
+# bits
+_LEAST_STEP = 0.02
+# [s] Longest wait for an image while the timing is measured: a camera starts within this time
+_FIRST_TIMEOUT_S = 3.0
+# [s] Age of a new image from which its timestamp cannot be of the host's clock: longer than any
+# camera buffers
+_STRANGE_S = 10.0
 
 
 class FreeRunning:
@@ -123,7 +119,7 @@ class FreeRunning:
         DeviceError
             The timestamps do not increase.
         """
-        times = np.array([self._next().timestamp_s for _ in range(FREE_RUNNING.images)])
+        times = np.array([self._next().timestamp_s for _ in range(_IMAGES)])
         steps = np.diff(times)
         if not (steps > 0).all():
             raise DeviceError(
@@ -151,7 +147,7 @@ class FreeRunning:
         levels : mapping of light to level
         """
         delays = []
-        for phase in np.arange(FREE_RUNNING.blinks) / FREE_RUNNING.blinks:
+        for phase in np.arange(_BLINKS) / _BLINKS:
             switch({})
             dark = self._until_after(self._clock.now())[-1]
             self._clock.sleep(phase * self.period_s)
@@ -164,22 +160,22 @@ class FreeRunning:
             delays.append(delay_s)
         exposure_s = dark.exposure_time_s or self.period_s
         # light that the first band may lack although it counts as fully lit
-        band_s = self.period_s / FREE_RUNNING.bands
-        unseen_s = float(np.sqrt(2 * band_s * exposure_s * (1 - FREE_RUNNING.lit_share)))
+        band_s = self.period_s / _BANDS
+        unseen_s = float(np.sqrt(2 * band_s * exposure_s * (1 - _LIT_SHARE)))
         self.stamp_delay_s = min(delays) + unseen_s + self.jitter_s
 
     def _until_after(self, settled_s: float) -> list[Image]:
         """Return images until one has certainly begun after a time."""
         images = [self._next()]
-        until = self._clock.now() + FREE_RUNNING.first_timeout_s
+        until = self._clock.now() + _FIRST_TIMEOUT_S
         while images[-1].timestamp_s - self._unknown_s(images[-1]) < settled_s:
             if self._clock.now() >= until:
-                raise self._late(images[-1], FREE_RUNNING.first_timeout_s)
+                raise self._late(images[-1], _FIRST_TIMEOUT_S)
             images.append(self._next())
         return images
 
     def _next(self) -> Image:
-        image = self._read(FREE_RUNNING.first_timeout_s)
+        image = self._read(_FIRST_TIMEOUT_S)
         if image is None:
             raise CameraLost("the camera has no more images")
         return image
@@ -194,7 +190,7 @@ class FreeRunning:
 
     def _late(self, image: Image, timeout_s: float) -> DeviceError:
         age_s = self._clock.now() - image.timestamp_s
-        if abs(age_s) > FREE_RUNNING.strange_s:
+        if abs(age_s) > _STRANGE_S:
             return DeviceError(
                 f"the timestamp of a new image is {age_s:g} s ago, so that it is not of the host's "
                 f"monotonic clock; the camera's plugin must convert it"
@@ -219,14 +215,12 @@ def _delay_of(images: list[Image], dark: Image, began_s: float) -> float | None:
     full_scale = np.iinfo(dark.pixels.dtype).max if dark.pixels.dtype.kind == "u" else 1.0
     below = _bands(dark)
     step = _bands(images[-1]) - below
-    if step.min() < FREE_RUNNING.least_step * full_scale:
+    if step.min() < _LEAST_STEP * full_scale:
         return None
-    lit = (
-        image for image in images if (_bands(image) - below >= FREE_RUNNING.lit_share * step).all()
-    )
+    lit = (image for image in images if (_bands(image) - below >= _LIT_SHARE * step).all())
     return next(lit).timestamp_s - began_s
 
 
 def _bands(image: Image) -> Array:
     """Mean intensity of each band of rows."""
-    return np.array([part.mean() for part in np.array_split(image.pixels, FREE_RUNNING.bands)])
+    return np.array([part.mean() for part in np.array_split(image.pixels, _BANDS)])

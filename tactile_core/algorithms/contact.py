@@ -16,27 +16,21 @@ from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
 from tactile_core.errors import InputError
 
-
-class CONTACT:
-    """Parameters of contact detection that no option sets: they are relative to noise or depth."""
-
-    # [px²] Regions are found on a height map reduced to about this many pixels.
-    coarse_px = 160 * 120
-    noise_samples = 4000  # [count] Approximate number of pixels from which the noise is estimated
-    detection_sigmas = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere
-    region_sigmas = 2.5  # [noise sigmas] The region of a contact is higher than this everywhere
-    # [share of the greatest height] Upper bound of the noise. The surface next to a wide contact
-    # bulges away from the object, evenly and by up to a third of the depth; this is not noise.
-    largest_noise_share = 0.1
-    # [noise sigmas] Lower quartile of the length of a vector of two normal components. Source:
-    # Rayleigh distribution, √(−2 ln 0.75).
-    rayleigh_quartile = 0.7585
-    # [count] Bands of relative depth in which slopes are averaged. Source: by hand, (ADR 24).
-    bands = 20
-    highest_band = 11  # [count] The steepest contour is searched up to this band
-    # [ratio] Depth of the border over that of the steepest contour, which smoothing moves
-    # inwards. Source: chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24).
-    border_ratio = 0.8
+_COARSE_PX = 160 * 120  # [px²] Regions are found on a height map reduced to about this many pixels
+_NOISE_SAMPLES = 4000  # [count] Approximate number of pixels from which the noise is estimated
+_DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere
+_REGION_SIGMAS = 2.5  # [noise sigmas] The region of a contact is higher than this everywhere
+# [share of the greatest height] Upper bound of the noise. The surface next to a wide contact bulges
+# away from the object, evenly and by up to a third of the depth; this is not noise
+_LARGEST_NOISE_SHARE = 0.1
+# [noise sigmas] Lower quartile of the length of a vector of two normal components: Rayleigh
+# distribution, √(−2 ln 0.75)
+_RAYLEIGH_QUARTILE = 0.7585
+_BANDS = 20  # [count] Bands of relative depth in which slopes are averaged (ADR 24)
+_HIGHEST_BAND = 11  # [count] The steepest contour is searched up to this band
+# [ratio] Depth of the border over that of the steepest contour, which smoothing moves inwards:
+# chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24)
+_BORDER_RATIO = 0.8
 
 
 def contact_mask(
@@ -108,17 +102,17 @@ def contact_mask(
     height_mm = np.asarray(height_mm, np.float32)
     rows, columns = (side * step_px for side in height_mm.shape)
     mask = np.zeros((rows, columns), np.uint8)
-    shrink = max(step_px, round(math.sqrt(mask.size / CONTACT.coarse_px)))
+    shrink = max(step_px, round(math.sqrt(mask.size / _COARSE_PX)))
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrink_image(height_mm, size)
     highest_mm = float(coarse.max())
-    noise_mm = min(_height_noise(coarse), CONTACT.largest_noise_share * highest_mm)
-    low_mm = max(min_indentation_mm, CONTACT.region_sigmas * noise_mm)
-    detectable_mm = max(min_indentation_mm, CONTACT.detection_sigmas * noise_mm)
+    noise_mm = min(_height_noise(coarse), _LARGEST_NOISE_SHARE * highest_mm)
+    low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
+    detectable_mm = max(min_indentation_mm, _DETECTION_SIGMAS * noise_mm)
     if highest_mm <= detectable_mm:
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
-    steep = slope > max(min_slope, CONTACT.detection_sigmas * _slope_noise(slope))
+    steep = slope > max(min_slope, _DETECTION_SIGMAS * _slope_noise(slope))
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
     for window, region in _parts(coarse > low_mm, min_area_px):
         heights_mm = coarse[window][region]
@@ -148,21 +142,21 @@ def _height_noise(coarse: Array) -> float:
 
 def _slope_noise(slope: Array) -> float:
     """Standard deviation of each component of the undeformed slope, from the lower quartile."""
-    return quantile(_sample(slope), 0.25) / CONTACT.rayleigh_quartile
+    return quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
 
 
 def _border(depth: Array, slope: Array) -> float:
     """Relative depth at the border of a region, from (N,) relative depths and slopes."""
-    bands = CONTACT.bands
+    bands = _BANDS
     band = np.minimum((bands * depth).astype(np.intp), bands - 1)
     mean = np.bincount(band, slope, bands) / np.maximum(np.bincount(band, None, bands), 1)
     mean[1:-1] += (mean[:-2] + mean[2:]) / 2
-    steepest = 1 + int(np.argmax(mean[1 : CONTACT.highest_band + 1]))
-    return CONTACT.border_ratio * (steepest + 0.5) / bands
+    steepest = 1 + int(np.argmax(mean[1 : _HIGHEST_BAND + 1]))
+    return _BORDER_RATIO * (steepest + 0.5) / bands
 
 
 def _sample(image: Array) -> Array:
-    step = max(1, int(math.sqrt(image.size / CONTACT.noise_samples)))
+    step = max(1, int(math.sqrt(image.size / _NOISE_SAMPLES)))
     return np.asarray(image[::step, ::step].ravel())
 
 
@@ -217,16 +211,13 @@ def _pixels(cells: Array, step_px: int, window: tuple[slice, slice]) -> Array:
     return pixels[rows, columns]
 
 
-class RIM:
-    """Discretisation of the Hankel transform. Nothing sets it from outside: it is converged."""
-
-    # [inverse contact radii] Upper end of the wave numbers, where the spectrum of the pressure
-    # has decayed.
-    largest_wave = 60.0
-    waves = 6000  # [count] Number of wave numbers
-    # [logarithm of the radius over the thickness] Spacing at which the share is calculated; it is
-    # interpolated between. Source: by hand, the error is below 1e-4.
-    node = 0.02
+# [inverse contact radii] Upper end of the wave numbers, where the spectrum of the pressure has
+# decayed
+_LARGEST_WAVE = 60.0
+_WAVES = 6000  # [count] Number of wave numbers
+# [logarithm of the radius over the thickness] Spacing at which the share is calculated; it is
+# interpolated between: the error is below 1e-4
+_NODE = 0.02
 
 
 def rim_share(
@@ -256,7 +247,7 @@ def rim_share(
     .. [1] K. L. Johnson, "Contact Mechanics", Cambridge University Press, 1985, chapter 4.
     """
     # it depends on the ratio of both alone
-    node = float(np.log(contact_radius_mm / thickness_mm)) / RIM.node
+    node = float(np.log(contact_radius_mm / thickness_mm)) / _NODE
     low = int(np.floor(node))
     share = node - low
     return (1 - share) * _share_at(low, poisson_ratio) + share * _share_at(low + 1, poisson_ratio)
@@ -267,9 +258,9 @@ def _share_at(node: int, poisson_ratio: float) -> float:
     """Share at a node, for a layer of unit thickness."""
     from scipy.special import j0
 
-    ka = (np.arange(RIM.waves) + 0.5) * (RIM.largest_wave / RIM.waves)
+    ka = (np.arange(_WAVES) + 0.5) * (_LARGEST_WAVE / _WAVES)
     pressure = (np.sin(ka) - ka * np.cos(ka)) / ka**3
     layer = Elastomer(1.0, 1.0, poisson_ratio)
-    waves = pressure * layer.compliance(ka / np.exp(RIM.node * node)).normal * ka
+    waves = pressure * layer.compliance(ka / np.exp(_NODE * node)).normal * ka
     top, rim = waves.sum(), (waves * j0(ka)).sum()
     return float(np.clip(rim / (top - rim), 0, 1))

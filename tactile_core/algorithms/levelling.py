@@ -19,36 +19,32 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, 
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.slope_grid import coarse_size
 
-
-class LEVELLING:
-    """Parameters of the undeformed surface. What a user may set is the largest tilt."""
-
-    # [count] Approximate number of cells over which heights and slopes are averaged. Source: small
-    # enough to see the gel between the balls of a grid; with 300, their heights fade by a fifth
-    # while the lights drift (ADR 47).
-    cells = 1200
-    # [share of the cells] Cells near the median slope that a tilt takes to count as drift. Source:
-    # by hand, fewer may as well be the flank of a wide object.
-    least_calm_share = 0.3
-    # [share of the calm cells] Quantile of their heights that is on the gel. Source: the median of
-    # the gel if objects cover 60 % of them.
-    gel_quantile = 0.2
-    # [share of the greatest height] Lower cells may be undeformed. Source: half-way between the gel
-    # and the top of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47).
-    raised_share = 0.5
-    # [slope] Mean slope of a cell up to which it may be undeformed. Source: by hand, 0.03 to 0.06
-    # move peaks by at most 0.2 % of the depth (ADR 47).
-    calm_slope = 0.04
-    # [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 %
-    # of its weight, since the gel bulges around a contact. Source: by hand, on virtual presses
-    # and the recordings of ADR 47, which are therefore no independent test of it.
-    margin_thicknesses = 2.0
-    # [gel thicknesses] Length over which an error vanishes in the undeformed part. Source: by
-    # hand, like ``margin_thicknesses``, between low heights far from contacts (short) and the
-    # true bulge next to them (long).
-    decay_thicknesses = 0.75
-    residual_share = 1e-3  # [ratio] What the solution may leave of the equation, far below noise
-    rounds = 30  # [count] At most; contacts take 6 to 9
+# [count] Approximate number of cells over which heights and slopes are averaged: small enough to
+# see the gel between the balls of a grid; with 300, their heights fade by a fifth while the lights
+# drift (ADR 47)
+_CELLS = 1200
+# [share of the cells] Cells near the median slope that a tilt takes to count as drift: fewer may as
+# well be the flank of a wide object
+_LEAST_CALM_SHARE = 0.3
+# [share of the calm cells] Quantile of their heights that is on the gel: the median of the gel if
+# objects cover 60 % of them
+_GEL_QUANTILE = 0.2
+# [share of the greatest height] Lower cells may be undeformed: half-way between the gel and the top
+# of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47)
+_RAISED_SHARE = 0.5
+# [slope] Mean slope of a cell up to which it may be undeformed: 0.03 to 0.06 move peaks by at most
+# 0.2 % of the depth (ADR 47)
+_CALM_SLOPE = 0.04
+# [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 % of its
+# weight, since the gel bulges around a contact: on virtual presses and the recordings of ADR 47,
+# which are therefore no independent test of it
+_MARGIN_THICKNESSES = 2.0
+# [gel thicknesses] Length over which an error vanishes in the undeformed part: like
+# ``margin_thicknesses``, between low heights far from contacts (short) and the true bulge next to
+# them (long)
+_DECAY_THICKNESSES = 0.75
+_RESIDUAL_SHARE = 1e-3  # [ratio] What the solution may leave of the equation, far below noise
+_ROUNDS = 30  # [count] At most; contacts take 6 to 9
 
 
 class RestPlane(NamedTuple):
@@ -104,7 +100,7 @@ def set_to_rest(
         Thickness of the gel.
     """
     rows, columns = height_mm.shape
-    size = coarse_size(rows, columns, LEVELLING.cells)
+    size = coarse_size(rows, columns, _CELLS)
     cells_mm, across, down = (shrink_image(plane, size) for plane in (height_mm, gx, gy))
     cell_mm = rows / size[1] * mm_per_px, columns / size[0] * mm_per_px
     plane = fit_rest_plane(cells_mm, across, down, cell_mm=cell_mm, drift_slope=drift_slope)
@@ -143,13 +139,13 @@ def fit_rest_plane(
     """
     tilt = quantile(gx.ravel(), 0.5), quantile(gy.ravel(), 0.5)
     calm = np.hypot(gx - tilt[0], gy - tilt[1]) < drift_slope
-    drifts = hypot(*tilt) < drift_slope and calm.mean() >= LEVELLING.least_calm_share
+    drifts = hypot(*tilt) < drift_slope and calm.mean() >= _LEAST_CALM_SHARE
     if not drifts:
         tilt, slope = (0.0, 0.0), np.hypot(gx, gy)
         calm = slope <= quantile(slope.ravel(), 0.5)
     above_mm = cells_mm - RestPlane(0.0, *tilt).heights_mm(cells_mm.shape, cell_mm)
-    low_mm = quantile(above_mm[calm], LEVELLING.gel_quantile)
-    gel = calm & (above_mm <= low_mm + LEVELLING.raised_share * (above_mm.max() - low_mm))
+    low_mm = quantile(above_mm[calm], _GEL_QUANTILE)
+    gel = calm & (above_mm <= low_mm + _RAISED_SHARE * (above_mm.max() - low_mm))
     if not drifts:
         return RestPlane(float(above_mm[gel].mean()), 0.0, 0.0)
     y, x = (from_middle(n) * mm for n, mm in zip(gel.shape, cell_mm, strict=True))
@@ -174,9 +170,9 @@ def find_undeformed(cells_mm: Array, gx: Array, gy: Array) -> Bool:
     -------
     (h, w) bool
     """
-    calm: Bool = np.hypot(gx, gy) < LEVELLING.calm_slope
+    calm: Bool = np.hypot(gx, gy) < _CALM_SLOPE
     if not calm.all():
-        calm &= cells_mm < LEVELLING.raised_share * cells_mm[~calm].max()
+        calm &= cells_mm < _RAISED_SHARE * cells_mm[~calm].max()
     return calm
 
 
@@ -207,8 +203,8 @@ def estimate_error(cells_mm: Array, undeformed: Bool, thicknesses: float) -> Flo
     .. [1] P. Bhat, B. Curless, M. Cohen and C. L. Zitnick, "Fourier analysis of the 2D screened
        Poisson equation for gradient domain problems", ECCV, 2008.
     """
-    margins = _distance(undeformed) * (thicknesses / LEVELLING.margin_thicknesses)
-    weight = (thicknesses / LEVELLING.decay_thicknesses) ** 2 * -np.expm1(-margins * margins)
+    margins = _distance(undeformed) * (thicknesses / _MARGIN_THICKNESSES)
+    weight = (thicknesses / _DECAY_THICKNESSES) ** 2 * -np.expm1(-margins * margins)
     return solve_screened(weight * cells_mm, weight).astype(np.float32)
 
 
@@ -248,8 +244,8 @@ def solve_screened(source: Array, weight: Array) -> Float64:
     z, residual = np.zeros(source.shape), source.astype(np.float64)
     direction = solved = precondition(residual)
     left = float(np.vdot(residual, solved))
-    enough = LEVELLING.residual_share**2 * left
-    for _ in range(LEVELLING.rounds):
+    enough = _RESIDUAL_SHARE**2 * left
+    for _ in range(_ROUNDS):
         if left <= enough:
             break
         neighbours = cv2.Laplacian(direction, -1, ksize=1, borderType=cv2.BORDER_REPLICATE)

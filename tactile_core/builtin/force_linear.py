@@ -24,13 +24,9 @@ from tactile_core.quantities import (
     Wrench,
 )
 
-
-class LINEAR_FORCE:
-    """Parameters of the features. Nothing sets them from outside."""
-
-    # [count] Columns of the grid on which a finer displacement field is averaged. Source: by
-    # hand, : means over the view do not depend on it, and it saves time.
-    most_cells = 96
+# [count] Columns of the grid on which a finer displacement field is averaged: means over the view
+# do not depend on it, and it saves time
+_MOST_CELLS = 96
 
 
 UNKNOWN = 1e6  # Standard deviation in N or N·mm of a component that was not fitted, and is 0
@@ -113,9 +109,9 @@ class LinearForce(FittedForce):
 def _of_field(displacement: DisplacementField, contact: ContactMask | None) -> dict[str, float]:
     cells = displacement.cells_mm
     rows, columns = cells.shape[:2]
-    if columns > LINEAR_FORCE.most_cells:
-        rows = max(1, round(rows * LINEAR_FORCE.most_cells / columns))
-        columns = LINEAR_FORCE.most_cells
+    if columns > _MOST_CELLS:
+        rows = max(1, round(rows * _MOST_CELLS / columns))
+        columns = _MOST_CELLS
         cells = shrink_image(cells, (columns, rows))
     cell_mm = displacement.valid.shape[1] / columns * displacement.mm_per_px
     y, x = np.indices((rows, columns), np.float64)

@@ -152,15 +152,12 @@ class LossOfContact(Estimator):
         return self._lattice
 
 
-class FRICTION:
-    """Parameters of the step. Nothing sets them from outside."""
-
-    # [count] Normal force in standard deviations below which a ratio says nothing. Source:
-    # definition: below that the ratio has no finite mean in practice.
-    least_deviations = 3.0
-    # [share] Standard deviation of a ratio, relative to its size. Source: virtual rigs: errors of
-    # shear and normal force (``experiments/elastic_force.py``).
-    ratio_error = 0.07
+# [count] Normal force in standard deviations below which a ratio says nothing: definition: below
+# that the ratio has no finite mean in practice
+_LEAST_DEVIATIONS = 3.0
+# [share] Standard deviation of a ratio, relative to its size: virtual rigs: errors of shear and
+# normal force (``experiments/elastic_force.py``)
+_RATIO_ERROR = 0.07
 
 
 class FrictionEstimator(Estimator):
@@ -187,11 +184,11 @@ class FrictionEstimator(Estimator):
     def estimate(self, slip: SlipState, wrench: Wrench) -> Friction:
         """Return the friction; nothing without contact or normal force."""
         std_n = wrench.fz_std_n or 0.0
-        if slip.state == "none" or wrench.fz_n <= FRICTION.least_deviations * std_n:
+        if slip.state == "none" or wrench.fz_n <= _LEAST_DEVIATIONS * std_n:
             self.reset()
             return Friction(timestamp_s=wrench.timestamp_s)
         ratio = friction_ratio(wrench.fx_n, wrench.fy_n, wrench.fz_n)
-        std = hypot(FRICTION.ratio_error * ratio, (wrench.fx_std_n or 0.0) / wrench.fz_n)
+        std = hypot(_RATIO_ERROR * ratio, (wrench.fx_std_n or 0.0) / wrench.fz_n)
         if slip.state == "slip" and slip.kind == "translation":
             self._record = self._record.slipping(ratio, std)
         elif slip.state in ("stick", "incipient"):

@@ -33,15 +33,11 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.quantity import grid_of
 
-
-class OPTICAL_FLOW:
-    """Parameters of the step; the pixel stride is an option."""
-
-    # [gel thicknesses] Standard deviation of the Gaussian that extrapolates the motion around the
-    # imprint. Source: by hand, a bonded layer decays within about one thickness.
-    reach_thicknesses = 0.5
-    # [share of the image] Mean change of the texture weight after which a new key frame is taken.
-    changed_weight = 0.02
+# [gel thicknesses] Standard deviation of the Gaussian that extrapolates the motion around the
+# imprint: a bonded layer decays within about one thickness
+_REACH_THICKNESSES = 0.5
+# [share of the image] Mean change of the texture weight after which a new key frame is taken
+_CHANGED_WEIGHT = 0.02
 
 
 class OpticalFlow(Estimator):
@@ -106,9 +102,7 @@ class OpticalFlow(Estimator):
             self._key_px = self._since_px = np.zeros((*now.weight.shape, 2), np.float32)
             return self._key_px
         thickness_mm = self.context.gel.thickness_mm or THICKNESS_MM
-        reach_px = (
-            OPTICAL_FLOW.reach_thicknesses * thickness_mm / (factor * self.context.image.mm_per_px)
-        )
+        reach_px = _REACH_THICKNESSES * thickness_mm / (factor * self.context.image.mm_per_px)
         both = np.minimum(key.weight, now.weight)
         since = flow.fill_untextured(flow.motion(key, now, self._since_px), both, reach_px=reach_px)
         moved = flow.fill_untextured(
@@ -117,7 +111,7 @@ class OpticalFlow(Estimator):
         self._since_px = since
         farthest = float(np.abs(since[both > 0.5]).max(initial=0.0))
         changed = float(np.abs(now.weight - key.weight).mean())
-        if farthest * factor > self._stride_px or changed > OPTICAL_FLOW.changed_weight:
+        if farthest * factor > self._stride_px or changed > _CHANGED_WEIGHT:
             self._key, self._key_px, self._since_px = now, moved, np.zeros_like(since)
         return moved
 

@@ -36,26 +36,22 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.quantity import Grid, grid_of, on_demand
 
-
-class SLIP_TOUCH:
-    """Parameters of the contact area; those of its shape are in ``algorithms/slip/touched.py``."""
-
-    # [mm] Median displacement above which an object without visible border fills the view.
-    sheared_mm = 0.04
-    min_slope = 0.03  # [mm per mm] Minimum slope of the height map at the border of a contact
-    clear_slope = 0.1  # [mm per mm] Slope above which the height map alone shows a contact
-    # [share of the slope] The height map is used while the slope stays above this share of its
-    # last value with a contact.
-    slope_drop = 0.5
-    min_change = 0.015  # [share of full scale] Minimum change of light at the border of a contact
-    # [noise sigmas] The same relative to the noise of the reference; the larger of both applies.
-    change_noises = 5.0
-    # [share of the view's border] A contact that covers more of the border is taken from the
-    # displacement instead. Source: chosen on virtual contacts (ADR 31).
-    max_border_share = 0.5
-    # [marker radii] Radius around a marker in which the change of light is ignored. Source: by
-    # hand, it includes the blurred edge of a marker.
-    marker_radii = 1.6
+# [mm] Median displacement above which an object without visible border fills the view
+_SHEARED_MM = 0.04
+_MIN_SLOPE = 0.03  # [mm per mm] Minimum slope of the height map at the border of a contact
+_CLEAR_SLOPE = 0.1  # [mm per mm] Slope above which the height map alone shows a contact
+# [share of the slope] The height map is used while the slope stays above this share of its last
+# value with a contact
+_SLOPE_DROP = 0.5
+_MIN_CHANGE = 0.015  # [share of full scale] Minimum change of light at the border of a contact
+# [noise sigmas] The same relative to the noise of the reference; the larger of both applies
+_CHANGE_NOISES = 5.0
+# [share of the view's border] A contact that covers more of the border is taken from the
+# displacement instead: chosen on virtual contacts (ADR 31)
+_MAX_BORDER_SHARE = 0.5
+# [marker radii] Radius around a marker in which the change of light is ignored: it includes the
+# blurred edge of a marker
+_MARKER_RADII = 1.6
 
 
 class _Touch(NamedTuple):
@@ -77,7 +73,7 @@ class SlipContactFinder(Estimator):
         self._spacing_mm = self._stride * context.image.mm_per_px
         finder = None if context.gel.markers == "auto" else MarkerFinder.for_gel(context)
         marker_px = 0.0 if finder is None else finder.diameter_px
-        self._marker_radius = 0.5 * SLIP_TOUCH.marker_radii * marker_px / self._stride
+        self._marker_radius = 0.5 * _MARKER_RADII * marker_px / self._stride
         self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
@@ -130,7 +126,7 @@ class SlipContactFinder(Estimator):
         elif frame is not None and reference is not None and self._sheared is None:
             shape = blocks(image_shape, self._stride)
             found = self._in_image(frame, reference, markers, shape)
-            if found.mask.any() and rim_share(found.mask) < SLIP_TOUCH.max_border_share:
+            if found.mask.any() and rim_share(found.mask) < _MAX_BORDER_SHARE:
                 return found
         moved_mm = np.abs(
             coarse_field(
@@ -165,12 +161,12 @@ class SlipContactFinder(Estimator):
                 self._stride,
                 spacing_mm=self._spacing_mm,
             )
-            clear = slope > SLIP_TOUCH.clear_slope
+            clear = slope > _CLEAR_SLOPE
             mask = None if clear else pick_pixels(contact.mask, self._stride)
             if mask is None or np.count_nonzero(mask):
                 self._slope = slope
-            if self._slope and slope >= SLIP_TOUCH.slope_drop * self._slope:
-                within = contact_within_ring(steep, SLIP_TOUCH.min_slope, slope)
+            if self._slope and slope >= _SLOPE_DROP * self._slope:
+                within = contact_within_ring(steep, _MIN_SLOPE, slope)
                 if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, ContactLoad(0.0, math.sqrt(steep.sum())), "height")
@@ -191,9 +187,7 @@ class SlipContactFinder(Estimator):
             self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
         change = light_change(now, self._undeformed[1], self._mask_markers(markers, shape))
-        least = max(
-            SLIP_TOUCH.min_change, SLIP_TOUCH.change_noises * reference.noise / reference.full_scale
-        )
+        least = max(_MIN_CHANGE, _CHANGE_NOISES * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = ContactLoad(0.0, math.sqrt(change.sum()))
         mask = contact_within_ring(change, least)
@@ -211,4 +205,4 @@ class SlipContactFinder(Estimator):
 
 def _fills_view(moved_mm: Float32) -> bool:
     """Whether an object larger than the view, which has no visible border, shears the surface."""
-    return quantile(moved_mm.ravel(), 0.5) > SLIP_TOUCH.sheared_mm
+    return quantile(moved_mm.ravel(), 0.5) > _SHEARED_MM

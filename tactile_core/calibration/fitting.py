@@ -30,13 +30,9 @@ from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
 from tactile_core.recordings.session_files import own_reference
 
-
-class FITTING:
-    """Parameters of the division of work. Nothing sets them from outside."""
-
-    # [count] Fewest presses that several processes share. With fewer, starting a process takes
-    # longer than it saves. Source: by hand, (ADR 89).
-    fewest_shared = 12
+# [count] Fewest presses that several processes share. With fewer, starting a process takes longer
+# than it saves (ADR 89)
+_FEWEST_SHARED = 12
 
 
 def calibrate(
@@ -129,7 +125,7 @@ def calibrate(
         raise InputError(
             f"{presses} holds a guided calibration without any press that was kept; record again"
         )
-    helpers = workers - 1 if scored and len(frames) >= FITTING.fewest_shared else 0
+    helpers = workers - 1 if scored and len(frames) >= _FEWEST_SHARED else 0
     own = None if session is None or reference else own_reference(session, presses)
     undeformed, stand_in = undeformed_sensor(base, frames, reference, target, own)
     calibrator = calibrator_of(base.calibration, model)

@@ -28,11 +28,7 @@ from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.session_files import profile_of
 from tactile_core.recordings.source import copy_writer, is_recorded, recording_file, writes
 
-
-class WAITING:
-    """How a recording is watched that needs no reading."""
-
-    look_s = 0.1  # [s] Time between two looks at it. Source: ten in a second seem continuous.
+_LOOK_S = 0.1  # [s] Time between two looks at it: ten in a second seem continuous
 
 
 def keep_recording(
@@ -82,7 +78,7 @@ def keep_recording(
         if max(shares) >= 1:
             return
         if watched:
-            clock.sleep(WAITING.look_s)
+            clock.sleep(_LOOK_S)
             done = recording.images + recording.dropped
             if done > last:
                 last, last_s = done, clock.now()

@@ -91,12 +91,9 @@ def check_reference(given: object) -> None:
         )
 
 
-class LIVE_CHECK:
-    """When dropping observations ends."""
-
-    # [count] Observations dropped in succession that are an error. Source: chance or a moving gel
-    # spoils one or two; five have a cause that remains.
-    in_succession = 5
+# [count] Observations dropped in succession that are an error: chance or a moving gel spoils one or
+# two; five have a cause that remains
+_IN_SUCCESSION = 5
 
 
 class LiveCheck:
@@ -122,7 +119,7 @@ class LiveCheck:
         DeviceError
             The camera or the lights failed.
         """
-        for _ in range(LIVE_CHECK.in_succession):
+        for _ in range(_IN_SUCCESSION):
             frame = self._acquisition.observe(timeout_s)
             if frame is None:
                 return None
@@ -135,7 +132,7 @@ class LiveCheck:
             else:
                 return frame
         raise SequenceError(
-            f"{last}; {LIVE_CHECK.in_succession} observations in succession were dropped: check "
+            f"{last}; {_IN_SUCCESSION} observations in succession were dropped: check "
             f"the lights, and that 'lights' of the light driver names its outputs as they are wired"
         ) from last
 

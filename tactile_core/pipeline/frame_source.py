@@ -81,12 +81,9 @@ class OpenDevices:
 LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
 
 
-class RECONNECTION:
-    """How devices are opened again."""
-
-    # [s] Time between two attempts. Source: a small part of the second that a USB device takes to
-    # start after it is plugged in.
-    retry_s = 0.1
+# [s] Time between two attempts: a small part of the second that a USB device takes to start after
+# it is plugged in
+_RETRY_S = 0.1
 
 
 class Reconnection:
@@ -137,7 +134,7 @@ class Reconnection:
                 if left_s <= 0:
                     error.add_note(f"not opened again within {self._patience_s:g} s: {reason}")
                     raise error from reason
-                self._clock.sleep(min(RECONNECTION.retry_s, left_s))
+                self._clock.sleep(min(_RETRY_S, left_s))
             else:
                 return
 

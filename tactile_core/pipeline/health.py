@@ -191,20 +191,17 @@ def without_slopes(step: str) -> str:
     )
 
 
-class GEL_HEALTH:
-    """Limits of what counts as a healthy gel."""
-
-    readings = 30  # [count] Readings of which a median is taken. Source: one second at 30 Hz.
-    # [share of the markers] Least share that is seen. Source: a contact over a tenth of the view
-    # hides at most as many; twice that is unusual.
-    seen = 0.8
+_READINGS = 30  # [count] Readings of which a median is taken: one second at 30 Hz
+# [share of the markers] Least share that is seen: a contact over a tenth of the view hides at most
+# as many; twice that is unusual
+_SEEN = 0.8
 
 
 class GelHealth:
     """Collects what readings show."""
 
     def __init__(self) -> None:
-        self._seen: deque[int] = deque(maxlen=GEL_HEALTH.readings)
+        self._seen: deque[int] = deque(maxlen=_READINGS)
         self._expected = 0
         self._ratios: Mapping[str, float] = {}
         self._frame: Frame | None = None
@@ -237,7 +234,7 @@ class GelHealth:
             return Finding.unknown("no step tracks markers")
         seen, expected = round(median(self._seen)), self._expected
         problem = ""
-        if seen < GEL_HEALTH.seen * expected:
+        if seen < _SEEN * expected:
             problem = (
                 f"{seen} of {expected} markers are seen; clean the gel, check focus and lights, or "
                 f"record a new reference"

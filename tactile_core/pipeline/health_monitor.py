@@ -12,31 +12,25 @@ from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health import Finding, GelHealth, Health
 from tactile_core.plugins.blame import blame
 
-
-class CAMERA_HEALTH:
-    """Limits of what counts as a healthy stream."""
-
-    # [s] Time over which images are counted. Source: 300 images at 30 Hz, so that a share of 1 %
-    # is more than one image.
-    window_s = 10.0
-    # [s] Age of a stream from which its rate is judged. Source: the time over which the rate is
-    # measured; two images that arrive together are no rate.
-    settled_s = 2.0
-    fewest = 10  # [images] Images from which a share is judged. Source: one image in ten is chance.
-    readings = 30  # [count] Readings of which a median is taken. Source: one second at 30 Hz.
-    # [ratio] A camera is slow below this share of its expected rate. Source: webcams that
-    # lengthen the exposure in the dark fall to half; a lost image in ten is no change of the
-    # rate.
-    slow = 0.8
-    # [frame periods] Age of an image when its measuring begins, beyond its exposure. Source:
-    # readout and transfer take 1.5 at most; twice that means that images wait in a buffer.
-    late_periods = 3.0
-    # [share of the images] Largest share of such images. Source: good cables tear none; one equal
-    # image in five is no longer chance.
-    torn = 0.01
-    repeated = 0.2
-    # [ratio] Change of the exposure. Source: half of the change of light that is compensated.
-    exposure = 0.05
+# [s] Time over which images are counted: 300 images at 30 Hz, so that a share of 1 % is more than
+# one image
+_WINDOW_S = 10.0
+# [s] Age of a stream from which its rate is judged: the time over which the rate is measured; two
+# images that arrive together are no rate
+_SETTLED_S = 2.0
+_FEWEST = 10  # [images] Images from which a share is judged: one image in ten is chance
+_READINGS = 30  # [count] Readings of which a median is taken: one second at 30 Hz
+# [ratio] A camera is slow below this share of its expected rate: webcams that lengthen the exposure
+# in the dark fall to half; a lost image in ten is no change of the rate
+_SLOW = 0.8
+# [frame periods] Age of an image when its measuring begins, beyond its exposure: readout and
+# transfer take 1.5 at most; twice that means that images wait in a buffer
+_LATE_PERIODS = 3.0
+# [share of the images] Largest share of such images: good cables tear none; one equal image in five
+# is no longer chance
+_TORN = 0.01
+_REPEATED = 0.2
+_EXPOSURE = 0.05  # [ratio] Change of the exposure: half of the change of light that is compensated
 
 
 class CameraHealth:
@@ -51,8 +45,8 @@ class CameraHealth:
     def __init__(self, *, live: bool) -> None:
         self._live = live
         self._counts: deque[tuple[float, StreamStatistics]] = deque()
-        self._ages_s: deque[float] = deque(maxlen=CAMERA_HEALTH.readings)
-        self._measuring_s: deque[float] = deque(maxlen=CAMERA_HEALTH.readings)
+        self._ages_s: deque[float] = deque(maxlen=_READINGS)
+        self._measuring_s: deque[float] = deque(maxlen=_READINGS)
         self._opened_s = float("inf")
         self._nominal_hz: float | None = None
         self._best_hz = self._rate_hz = 0.0
@@ -76,11 +70,11 @@ class CameraHealth:
         if not self._counts:
             self._opened_s = now_s
         self._counts.append((now_s, statistics))
-        while self._counts[0][0] < now_s - CAMERA_HEALTH.window_s:
+        while self._counts[0][0] < now_s - _WINDOW_S:
             self._counts.popleft()
         # a median: images that were held up, as over Wi-Fi, arrive in a burst, which is no rate
         self._rate_hz = median(counts.rate_hz for _, counts in self._counts)
-        if now_s - self._opened_s >= CAMERA_HEALTH.window_s:
+        if now_s - self._opened_s >= _WINDOW_S:
             self._best_hz = max(self._best_hz, self._rate_hz)
 
     def add_reading(self, age_s: float, measuring_s: float) -> None:
@@ -91,7 +85,7 @@ class CameraHealth:
 
     @property
     def _is_settled(self) -> bool:
-        return self._counts[-1][0] - self._opened_s >= CAMERA_HEALTH.settled_s
+        return self._counts[-1][0] - self._opened_s >= _SETTLED_S
 
     def rate(self) -> Finding:
         """Images that arrive each second."""
@@ -101,7 +95,7 @@ class CameraHealth:
             return Finding.unknown("the stream has just begun", self._rate_hz, "Hz")
         expected_hz = self._nominal_hz or max(self._best_hz, self._rate_hz)
         problem = ""
-        if self._rate_hz < CAMERA_HEALTH.slow * expected_hz:
+        if self._rate_hz < _SLOW * expected_hz:
             problem = (
                 f"{self._rate_hz:.1f} images arrive each second instead of {expected_hz:.1f}; lock "
                 f"an exposure shorter than the frame period, and give the camera a USB port of its "
@@ -118,7 +112,7 @@ class CameraHealth:
             return Finding.unknown("the frame period is unknown", 1e3 * age_s, "ms")
         period_s = 1 / self._rate_hz
         exposures_s = sum(one.exposure_time_s or period_s for one in self._settings)
-        waiting_s = CAMERA_HEALTH.late_periods * period_s * max(1, len(self._settings))
+        waiting_s = _LATE_PERIODS * period_s * max(1, len(self._settings))
         usual_s = measuring_s + exposures_s + waiting_s
         problem = ""
         if age_s > usual_s:
@@ -138,7 +132,7 @@ class CameraHealth:
         problem = ""
         # who reads rarely drops images on purpose; between sequential lights some are useless
         rests = busy_s * self._rate_hz < 1 or len(self._settings) > 1
-        if count and images >= CAMERA_HEALTH.fewest and not rests:
+        if count and images >= _FEWEST and not rests:
             problem = (
                 f"{count} of {images} images were not measured, because that takes "
                 f"{1e3 * busy_s:.0f} ms and an image comes every {1e3 / self._rate_hz:.0f} ms; "
@@ -149,12 +143,12 @@ class CameraHealth:
     def torn(self) -> Finding:
         """Images that arrived damaged."""
         remedy = "arrived torn; change the cable, or connect the camera without a hub"
-        return self._share("torn", CAMERA_HEALTH.torn, remedy)
+        return self._share("torn", _TORN, remedy)
 
     def repeated(self) -> Finding:
         """Images that equal the one before."""
         remedy = "repeat the one before; lower the camera's rate to one that it keeps"
-        return self._share("repeated", CAMERA_HEALTH.repeated, remedy)
+        return self._share("repeated", _REPEATED, remedy)
 
     def exposure_time(self) -> Finding:
         """Exposure time as read back; that which has changed most since the beginning."""
@@ -167,7 +161,7 @@ class CameraHealth:
             return Finding.unknown("the camera does not report its exposure", unit="s")
         now_s, then_s = max(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1))
         problem = ""
-        if abs(now_s / then_s - 1) > CAMERA_HEALTH.exposure:
+        if abs(now_s / then_s - 1) > _EXPOSURE:
             problem = (
                 f"the camera has changed its exposure from {1e3 * then_s:.1f} ms to "
                 f"{1e3 * now_s:.1f} ms; write 'exposure_time_s' in 'camera', which locks it"
@@ -190,7 +184,7 @@ class CameraHealth:
         if not self._counts:
             return Finding.unknown(self._no_stream)
         count, images = self._recent(kind)
-        wrong = images >= CAMERA_HEALTH.fewest and count > limit * images
+        wrong = images >= _FEWEST and count > limit * images
         return Finding.from_value(
             count, 0, "", f"{count} of {images} images {remedy}" if wrong else ""
         )

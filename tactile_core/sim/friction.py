@@ -14,13 +14,9 @@ from numpy.typing import DTypeLike
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.response import Response
 
-
-class FRICTION_SOLVER:
-    """Parameters of the friction solver. They affect its speed, not its solution."""
-
-    # [ratio] Over-relaxation α of the alternating direction method of multipliers. Source: Boyd
-    # et al. 2011, section 3.4.3, recommend 1.5 to 1.8; chosen in this range by hand.
-    over_relaxation = 1.6
+# [ratio] Over-relaxation α of the alternating direction method of multipliers: Boyd et al. 2011,
+# section 3.4.3, recommend 1.5 to 1.8; chosen in this range by hand
+_OVER_RELAXATION = 1.6
 
 
 @dataclass(frozen=True)
@@ -92,7 +88,7 @@ def solve_friction(
        Learning 3, 2011.
     """
     rho = layer.typical_shift / stiffening
-    alpha = FRICTION_SOLVER.over_relaxation
+    alpha = _OVER_RELAXATION
     # tractions times rho are displacements; their sum with the slip is the state of the iteration
     respond = layer.resolvent(rho, stiffening, gain=alpha * rho)
     inside = limit_mpa.shape
@@ -160,7 +156,7 @@ def _limit_friction(
         component of ``held``.
     """
     rows, columns = limit.shape
-    relaxation = FRICTION_SOLVER.over_relaxation
+    relaxation = _OVER_RELAXATION
     trial += free
     here, free_here = trial[:, :rows, :columns], free[:, :rows, :columns]
     here -= relaxation * held

@@ -10,11 +10,8 @@ from tactile_core.sim.contact_state import Pose
 QUASI_STATIC_S = np.inf  # Duration of a quasi-static step: all stress relaxes
 
 
-class HOLD:
-    """Time steps of a hold. A longer hold uses longer steps, because relaxation slows down."""
-
-    first_step_s = 0.05  # [s] Scale of the first step; a hold up to this long is a single step
-    max_steps = 12  # [count] Largest number of steps of one hold
+_FIRST_STEP_S = 0.05  # [s] Scale of the first step; a hold up to this long is a single step
+_MAX_STEPS = 12  # [count] Largest number of steps of one hold
 
 
 def checked_steps(steps: int) -> int:
@@ -63,8 +60,8 @@ def slowing_steps(seconds: float) -> list[float]:
     """Split a duration into steps of increasing length, since relaxation is fastest at first."""
     if seconds == 0:
         return []
-    first = HOLD.first_step_s
+    first = _FIRST_STEP_S
     growth = np.log1p(seconds / first)
-    count = int(np.clip(np.ceil(seconds / first), 1, HOLD.max_steps))
+    count = int(np.clip(np.ceil(seconds / first), 1, _MAX_STEPS))
     ends = first * np.expm1(np.linspace(0, growth, count + 1))
     return [float(step) for step in np.diff(ends)]

@@ -201,14 +201,11 @@ def balance_load(
     return near if abs(near_excess) < abs(far_excess) else far
 
 
-class WINDOW:
-    """Size of a window around a contact. It affects the time of a step, not its solution."""
-
-    margin_nodes = 2  # [nodes] Margin on each side of the contact
-    margin_share = 0.1  # [share of the contact's size] Further margin on each side
-    # [nodes] Window sizes are multiples of this, so that a contact that grows slightly reuses the
-    # response of the last step.
-    multiple = 8
+_MARGIN_NODES = 2  # [nodes] Margin on each side of the contact
+_MARGIN_SHARE = 0.1  # [share of the contact's size] Further margin on each side
+# [nodes] Window sizes are multiples of this, so that a contact that grows slightly reuses the
+# response of the last step
+_MULTIPLE = 8
 
 
 @dataclass(frozen=True)
@@ -272,8 +269,8 @@ class Window:
 def _wide(taken: NDArray[np.bool_]) -> slice:
     first = int(taken.argmax())
     last = len(taken) - int(taken[::-1].argmax())
-    margin = WINDOW.margin_nodes + int(WINDOW.margin_share * (last - first))
-    size = -(-(last - first + 2 * margin) // WINDOW.multiple) * WINDOW.multiple
+    margin = _MARGIN_NODES + int(_MARGIN_SHARE * (last - first))
+    size = -(-(last - first + 2 * margin) // _MULTIPLE) * _MULTIPLE
     if 2 * size >= len(taken):
         return slice(0, len(taken))
     start = min(max((first + last - size) // 2, 0), len(taken) - size)

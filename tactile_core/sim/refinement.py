@@ -14,27 +14,21 @@ from tactile_core.sim.contact_step import ContactModel, Precision
 from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters import Indenter
 
-
-class REFINEMENT:
-    """Parameters of grid refinement in the accurate mode. They trade accuracy for time."""
-
-    # [count] Nodes on the radius of a contact. Source: by hand, ``tests/sim/test_gel_surface.py``
-    # checks the result.
-    nodes_per_radius = 10
-    # [ratio] Extra resolution, because a coarse grid measures the radius inaccurately and
-    # friction changes it slightly.
-    safety = 1.1
-    # [count] Largest number of nodes along the longer side of the gel. Source: by hand, to bound
-    # memory and time.
-    max_nodes_across = 1280
-    # [count] Nodes on the finest feature of an object. Source: sampling theorem: two per period.
-    detail_nodes = 2
-    # [ratio] Largest refinement in one pass. A contact that covers few nodes may prove larger on
-    # a finer grid.
-    shrink: float = 3
-    # [share of the largest overlap] Tolerance of the normal contact in the trials, which have no
-    # friction. Source: that of the fast mode.
-    tolerance = 2e-3
+# [count] Nodes on the radius of a contact: ``tests/sim/test_gel_surface.py`` checks the result
+_NODES_PER_RADIUS = 10
+# [ratio] Extra resolution, because a coarse grid measures the radius inaccurately and friction
+# changes it slightly
+_SAFETY = 1.1
+# [count] Largest number of nodes along the longer side of the gel: to bound memory and time
+_MAX_NODES_ACROSS = 1280
+# [count] Nodes on the finest feature of an object: sampling theorem: two per period
+_DETAIL_NODES = 2
+# [ratio] Largest refinement in one pass. A contact that covers few nodes may prove larger on a
+# finer grid
+_SHRINK: float = 3
+# [share of the largest overlap] Tolerance of the normal contact in the trials, which have no
+# friction: that of the fast mode
+_TOLERANCE = 2e-3
 
 
 def accurate_spacing(
@@ -61,8 +55,8 @@ def accurate_spacing(
         Pose and load of the press.
     """
     frictionless = replace(gel, friction=0.0, branches=())
-    precision = Precision(normal=REFINEMENT.tolerance, friction=1.0, sweeps=1)
-    finest = min(max(extent_mm) / REFINEMENT.max_nodes_across, widest_mm)
+    precision = Precision(normal=_TOLERANCE, friction=1.0, sweeps=1)
+    finest = min(max(extent_mm) / _MAX_NODES_ACROSS, widest_mm)
     spacing = widest_mm
     while True:
         grid = SurfaceGrid.covering(*extent_mm, spacing)
@@ -70,23 +64,20 @@ def accurate_spacing(
         above = model.place_object(model.undeformed_state(), indenter, move.pose)
         contact = model.step(above, indenter, move).contact
         radius = np.sqrt(np.count_nonzero(contact) * grid.cell_mm2 / np.pi)
-        needed = float(radius) / (REFINEMENT.safety * REFINEMENT.nodes_per_radius)
+        needed = float(radius) / (_SAFETY * _NODES_PER_RADIUS)
         if indenter.detail_mm is not None:
-            needed = min(needed, indenter.detail_mm / REFINEMENT.detail_nodes)
+            needed = min(needed, indenter.detail_mm / _DETAIL_NODES)
         if spacing <= max(needed, finest):
             return spacing
-        spacing = max(needed, finest, spacing / REFINEMENT.shrink)
+        spacing = max(needed, finest, spacing / _SHRINK)
 
 
-class BANDED:
-    """Size of the blocks of a banded matrix. It affects the time, not the product."""
-
-    # [count] Number of blocks, unless they would be small. Source: measured with images of 480
-    # rows of 640 pixels.
-    blocks = 12
-    # [rows or columns] Smallest size of a block along the longer side of the matrix. Source:
-    # measured with 130 nodes; smaller products cost more per number.
-    smallest_block = 20
+# [count] Number of blocks, unless they would be small: measured with images of 480 rows of 640
+# pixels
+_BLOCKS = 12
+# [rows or columns] Smallest size of a block along the longer side of the matrix: measured with 130
+# nodes; smaller products cost more per number
+_SMALLEST_BLOCK = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +97,7 @@ class BandedMatrix:
         """Split a matrix (N, n)."""
         blocks, count = [], len(matrix)
         longest = max(matrix.shape)
-        block = max(BANDED.smallest_block, longest // BANDED.blocks)
+        block = max(_SMALLEST_BLOCK, longest // _BLOCKS)
         size = -(-block * count // longest)
         for start in range(0, count, size):
             rows = slice(start, min(start + size, count))

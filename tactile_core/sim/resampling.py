@@ -15,28 +15,19 @@ from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.normal_contact import Window
 from tactile_core.sim.refinement import BandedMatrix
 
-
-class INVERSION:
-    """Fixed-point iteration that inverts the displacement field.
-
-    Whole steps converge where the gel surface is strained by less than 1. Half steps converge
-    wherever it does not fold and is stretched to less than four times its length, as behind the
-    edge of a disc that slips.
-    """
-
-    # [count] Largest numbers of whole steps, and of half steps after them. Source: by hand, : six
-    # steps are enough for a strain of a fifth, and half of the rest is left by each further step.
-    whole_steps = 6
-    half_steps = 24
-    # [node spacings] Iterations end when the position changes by less. Source: by hand, a
-    # micrometre is five times as much on most grids.
-    tolerance_nodes = 1e-4
-    # [nodes] Nodes beyond the border of the image that the splines use. Source: the influence of
-    # a node on a cubic spline falls by 2 − √3 from node to node, so that of the next one is 1e-7.
-    margin_nodes = 12
-    # [ratio] A node whose influence on a coefficient is smaller is left out. Source: an eighth of
-    # the precision of float32, which is 6e-8.
-    least_influence = 7e-9
+# [count] Largest numbers of whole steps, and of half steps after them: six steps are enough for a
+# strain of a fifth, and half of the rest is left by each further step
+_WHOLE_STEPS = 6
+_HALF_STEPS = 24
+# [node spacings] Iterations end when the position changes by less: a micrometre is five times as
+# much on most grids
+_TOLERANCE_NODES = 1e-4
+# [nodes] Nodes beyond the border of the image that the splines use: the influence of a node on a
+# cubic spline falls by 2 − √3 from node to node, so that of the next one is 1e-7
+_MARGIN_NODES = 12
+# [ratio] A node whose influence on a coefficient is smaller is left out: an eighth of the precision
+# of float32, which is 6e-8
+_LEAST_INFLUENCE = 7e-9
 
 
 # Whether OpenCV reads at any position; older versions round positions to 1/32 of a node.
@@ -98,16 +89,16 @@ class ImageSampler:
         across, down = moved
         x, y = column - self.window.view_of(across), row - self.window.view_of(down)
         changes = np.full(x.shape, np.inf, np.float32)
-        for _ in range(INVERSION.whole_steps):
+        for _ in range(_WHOLE_STEPS):
             new_x, new_y = (
                 at - cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for at, part in ((column, across), (row, down))
             )
             changes = np.maximum(abs(new_x - x), abs(new_y - y))
             x, y = new_x, new_y
-            if _READS_BETWEEN and changes.max() < INVERSION.tolerance_nodes:
+            if _READS_BETWEEN and changes.max() < _TOLERANCE_NODES:
                 break
-        left = changes >= (INVERSION.tolerance_nodes if _READS_BETWEEN else 0)
+        left = changes >= (_TOLERANCE_NODES if _READS_BETWEEN else 0)
         if left.any():
             x[left], y[left] = _find_origins(moved, (column[left], row[left]), (x[left], y[left]))
         return np.stack([y, x])
@@ -225,7 +216,7 @@ def _solution(count: int) -> Float32:
     centres = np.arange(-1, count + 1)
     solution = spline(centres) - spline.derivative(2)(centres) / 6
     # the influence of distant nodes is below the precision of float32
-    return np.where(abs(solution) < INVERSION.least_influence, 0, solution).astype(np.float32)
+    return np.where(abs(solution) < _LEAST_INFLUENCE, 0, solution).astype(np.float32)
 
 
 def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
@@ -263,13 +254,13 @@ def _find_origins(
     moved: Float32, now: Sequence[Float32], places: Sequence[Float32]
 ) -> Sequence[Float32]:
     """Half steps from these places (x, y) to the origins of the material that is at others now."""
-    for _ in range(INVERSION.half_steps):
+    for _ in range(_HALF_STEPS):
         steps = [
             at - here - old
             for at, here, old in zip(now, _linear(moved, *places), places, strict=True)
         ]
         places = [old + step / 2 for old, step in zip(places, steps, strict=True)]
-        if max(abs(step).max() for step in steps) < INVERSION.tolerance_nodes:
+        if max(abs(step).max() for step in steps) < _TOLERANCE_NODES:
             break
     return places
 
@@ -314,7 +305,7 @@ def _cubic_by_linear(
 
 def _find_needed_nodes(nodes: Array, targets: Array) -> slice:
     """Return the nodes that a spline at the targets depends on."""
-    margin = INVERSION.margin_nodes
+    margin = _MARGIN_NODES
     first, last = np.searchsorted(nodes, [targets[0], targets[-1]])
     return slice(max(0, int(first) - margin), min(len(nodes), int(last) + margin))
 

@@ -16,22 +16,17 @@ from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
 
-
-class FINE_CONTACT:
-    """Parameters of the refinement of a contact's outline. They trade accuracy for time."""
-
-    # [px] Largest spacing of the fine nodes. Source: ``experiments/contact_outline.py``: the
-    # outline is then within 1.5 px of that on nodes 1 px apart.
-    spacing_px = 1.5
-    # [count] Largest number of fine nodes along a side of the window; a larger contact is refined
-    # less. Source: by hand, to bound the time to that of a frame of a very large contact.
-    max_nodes = 512
-    # [share of the largest overlap] Tolerance of the contact. Source: that of the accurate mode;
-    # at 5e-4 the outline of a cone is 1 px off.
-    tolerance = 1e-4
-    # [fine nodes] Gaussian sigma that rounds the steps of the outline. Source: half the diagonal
-    # of a cell.
-    blur_nodes = 0.7
+# [px] Largest spacing of the fine nodes: ``experiments/contact_outline.py``: the outline is then
+# within 1.5 px of that on nodes 1 px apart
+_SPACING_PX = 1.5
+# [count] Largest number of fine nodes along a side of the window; a larger contact is refined less:
+# to bound the time to that of a frame of a very large contact
+_MAX_NODES = 512
+# [share of the largest overlap] Tolerance of the contact: that of the accurate mode; at 5e-4 the
+# outline of a cone is 1 px off
+_TOLERANCE = 1e-4
+# [fine nodes] Gaussian sigma that rounds the steps of the outline: half the diagonal of a cell
+_BLUR_NODES = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +75,8 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
     """
     state, grid = imprint.state, imprint.grid
     window = Window.around(state.contact)
-    most = max(1, FINE_CONTACT.max_nodes // max(window.shape))
-    wanted = np.ceil(grid.spacing_mm / (FINE_CONTACT.spacing_px * imprint.mm_per_px) - 1e-6)
+    most = max(1, _MAX_NODES // max(window.shape))
+    wanted = np.ceil(grid.spacing_mm / (_SPACING_PX * imprint.mm_per_px) - 1e-6)
     factor = min(int(wanted), most)
     if factor <= 1:
         return None
@@ -101,10 +96,10 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
         model.finer(factor).near(x.shape).indentation,
         overlap.astype(model.layer.dtype),
         pressure,
-        tolerance=FINE_CONTACT.tolerance,
+        tolerance=_TOLERANCE,
     )
     touching = (solved.pressure > 0).astype(np.float32)
-    share = cv2.GaussianBlur(touching, (0, 0), FINE_CONTACT.blur_nodes)
+    share = cv2.GaussianBlur(touching, (0, 0), _BLUR_NODES)
     first = window.rows.start, window.columns.start
     return FineContact(np.asarray(share, np.float32), first, factor)
 

@@ -79,7 +79,7 @@ def test_several_processes_find_the_same_calibration(
         )
 
     alone = made(1)
-    monkeypatch.setattr(fitting.FITTING, "fewest_shared", 2)
+    monkeypatch.setattr(fitting, "_FEWEST_SHARED", 2)
     shared = made(2)
     assert [p.circle for p in shared.presses] == [p.circle for p in alone.presses]
     assert alone.score is not None

@@ -34,7 +34,7 @@ READS_S = examination.EXAMINATION.reads_s
 
 @pytest.fixture(autouse=True)
 def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serial_link.SERIAL, "hello_s", 0.5)
+    monkeypatch.setattr(serial_link, "_HELLO_S", 0.5)
     monkeypatch.setattr(examination.EXAMINATION, "reads_s", 0.3)
 
 

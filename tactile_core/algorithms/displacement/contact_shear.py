@@ -120,18 +120,14 @@ def _offsets(count: int) -> Float64:
     return np.asarray(offsets)
 
 
-class CONTACT_SHEAR:
-    """Parameters of the elastic fields of a contact."""
-
-    # [gel thicknesses] Margin of the periodic grid around the image. Source: by hand, a bonded
-    # layer decays within about one thickness.
-    margin_thicknesses = 0.75
-    # [cells] Added to the distance from the border, so that the singular traction stays finite.
-    # Source: by hand, less than one cell.
-    blunting_cells = 0.7
-    # [cells] A smaller contact has no border that the grid resolves. Source: by hand, a square of
-    # two cells.
-    min_contact_cells = 4.0
+# [gel thicknesses] Margin of the periodic grid around the image: a bonded layer decays within about
+# one thickness
+_MARGIN_THICKNESSES = 0.75
+# [cells] Added to the distance from the border, so that the singular traction stays finite: less
+# than one cell
+_BLUNTING_CELLS = 0.7
+# [cells] A smaller contact has no border that the grid resolves: a square of two cells
+_MIN_CONTACT_CELLS = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +210,7 @@ class ElasticShear:
         elastomer: Elastomer,
     ) -> None:
         width_mm, height_mm = mm_per_px * grid.cell_px
-        margin_mm = CONTACT_SHEAR.margin_thicknesses * elastomer.thickness_mm
+        margin_mm = _MARGIN_THICKNESSES * elastomer.thickness_mm
         margins = (int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
         self._margin = top, left = tuple(margins)
         rows, columns = grid.shape
@@ -243,7 +239,7 @@ class ElasticShear:
         ElasticFields or None
             None for a contact of less than four cells.
         """
-        if contact.sum() < CONTACT_SHEAR.min_contact_cells:
+        if contact.sum() < _MIN_CONTACT_CELLS:
             return None
         traction, x_mm, y_mm = self._traction(contact)
         (rows, columns), (top, left) = contact.shape, self._margin
@@ -263,7 +259,7 @@ class ElasticShear:
         wide = cv2.copyMakeBorder(contact, top, bottom, left, right, cv2.BORDER_REPLICATE)
         inside = np.asarray(wide > 0.5).view(np.uint8)
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
-        blunting = CONTACT_SHEAR.blunting_cells
+        blunting = _BLUNTING_CELLS
         traction = np.asarray(wide / np.sqrt(depth + np.float32(blunting)), np.float32)
         along_x, along_y = traction.sum(0), traction.sum(1)
         total = along_x.sum()

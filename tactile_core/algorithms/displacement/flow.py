@@ -11,32 +11,24 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-
-class FLOW:
-    """Parameters of the optical flow. Lengths are pixels of the reduced image."""
-
-    # [px] The image is reduced to this length. Source: by hand, for speed (ADR 27).
-    longest_side_px = 320
-    detail_px = 6.0  # [px] Standard deviation of the Gaussian high-pass filter
-    # [px] Side of the box filter, applied twice, that averages the energy of the imprint.
-    window_px = 29
-    faint_rms = 0.006  # [share of full scale] RMS of an imprint at which its weight is one half
-    # [grey levels] Mean, and standard deviation of a strong imprint, in the normalised image.
-    # Source: the middle of 8 bits; three standard deviations are within them.
-    grey = 128.0
-    contrast = 40.0
-    # [ratio] Margin by which the noise energy that is subtracted exceeds its estimate.
-    noise_factor = 1.2
-    # [standard deviations] Median of the magnitude of a normal variable. Source: maths.
-    median_of_normal = 0.6745
-    # [px] Every how many pixels the noise is sampled. Source: by hand, for speed.
-    sample_step_px = 3
-    # [ratio] Regularises the normalised convolution, so that motion fades out far from any
-    # texture.
-    min_weight = 0.1
-    # [ratio] Factor by which the image is reduced before motion is extrapolated. Source: by hand,
-    # for speed.
-    smoothing_reduction = 4
+_LONGEST_SIDE_PX = 320  # [px] The image is reduced to this length: for speed (ADR 27)
+_DETAIL_PX = 6.0  # [px] Standard deviation of the Gaussian high-pass filter
+# [px] Side of the box filter, applied twice, that averages the energy of the imprint
+_WINDOW_PX = 29
+_FAINT_RMS = 0.006  # [share of full scale] RMS of an imprint at which its weight is one half
+# [grey levels] Mean, and standard deviation of a strong imprint, in the normalised image: the
+# middle of 8 bits; three standard deviations are within them
+_GREY = 128.0
+_CONTRAST = 40.0
+# [ratio] Margin by which the noise energy that is subtracted exceeds its estimate
+_NOISE_FACTOR = 1.2
+# [standard deviations] Median of the magnitude of a normal variable: maths
+_MEDIAN_OF_NORMAL = 0.6745
+_SAMPLE_STEP_PX = 3  # [px] Every how many pixels the noise is sampled: for speed
+# [ratio] Regularises the normalised convolution, so that motion fades out far from any texture
+_MIN_WEIGHT = 0.1
+# [ratio] Factor by which the image is reduced before motion is extrapolated: for speed
+_SMOOTHING_REDUCTION = 4
 
 
 # Immerkær's mask, scaled so that white noise keeps its variance.
@@ -73,23 +65,23 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     (h, w) float32
         Reduced to at most 320 px; 1 is the full scale.
     """
-    factor = max(1.0, max(pixels.shape[:2]) / FLOW.longest_side_px)
+    factor = max(1.0, max(pixels.shape[:2]) / _LONGEST_SIDE_PX)
     height, width = (max(1, round(side / factor)) for side in pixels.shape[:2])
     small = shrink_image(pixels, (width, height)).reshape(height, width, -1)
     share = np.full((1, small.shape[2]), 1 / (small.shape[2] * full_scale), np.float32)
     bright = (small.astype(np.float32) @ share[0]).astype(np.float32)
-    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), FLOW.detail_px), np.float32)
+    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), _DETAIL_PX), np.float32)
 
 
 def imprint(now: Float32, undeformed: Float32) -> TextureImprint:
     """Return the imprint, given the :func:`detail` of a frame and of the undeformed surface."""
     change = now - undeformed
-    window = (FLOW.window_px, FLOW.window_px)
+    window = (_WINDOW_PX, _WINDOW_PX)
     energy = cv2.blur(cv2.blur(change * change, window), window)
     energy = np.maximum(energy - np.float32(_noise_energy(change)), 0)
-    energy *= np.float32(FLOW.faint_rms**-2)
-    normalised = change * (np.float32(FLOW.contrast / FLOW.faint_rms) / np.sqrt(energy + 1))
-    grey = np.clip(normalised + np.float32(FLOW.grey), 0, 255).astype(np.uint8)
+    energy *= np.float32(_FAINT_RMS**-2)
+    normalised = change * (np.float32(_CONTRAST / _FAINT_RMS) / np.sqrt(energy + 1))
+    grey = np.clip(normalised + np.float32(_GREY), 0, 255).astype(np.uint8)
     return TextureImprint(grey, np.asarray(1 - 1 / (1 + energy * energy), np.float32))
 
 
@@ -140,10 +132,10 @@ def fill_untextured(moved_px: Float32, weight: Float32, *, reach_px: float) -> F
     """
     height, width = weight.shape
     weighted = np.dstack([moved_px * weight[..., None], weight])
-    coarser = FLOW.smoothing_reduction
+    coarser = _SMOOTHING_REDUCTION
     small = shrink_image(weighted, (max(1, width // coarser), max(1, height // coarser)))
     wide = cv2.GaussianBlur(small, (0, 0), reach_px / coarser)
-    around = wide[..., :2] / (wide[..., 2:] + np.float32(FLOW.min_weight))
+    around = wide[..., :2] / (wide[..., 2:] + np.float32(_MIN_WEIGHT))
     around = cv2.resize(around, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(around + weight[..., None] * (moved_px - around), np.float32)
 
@@ -176,7 +168,7 @@ def _noise_energy(change: Float32) -> float:
     .. [1] J. Immerkær, "Fast noise variance estimation", Computer Vision and Image Understanding
        64(2), 1996.
     """
-    step = FLOW.sample_step_px
+    step = _SAMPLE_STEP_PX
     residual = cv2.filter2D(change, cv2.CV_32F, _NOISE_KERNEL)[1:-1:step, 1:-1:step]
-    sigma = np.median(np.abs(residual).astype(np.float64)) / FLOW.median_of_normal
-    return float(FLOW.noise_factor * sigma**2)
+    sigma = np.median(np.abs(residual).astype(np.float64)) / _MEDIAN_OF_NORMAL
+    return float(_NOISE_FACTOR * sigma**2)

@@ -159,12 +159,8 @@ def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
 MOST_COUNTED = 255  # As many rows of a mask as a byte counts
 
 
-class COARSE_GRID:
-    """Parameters of the coarse grid."""
-
-    # [count] Nodes along the longer side of the image, which bound the time of a frame. Source:
-    # by hand, for speed.
-    max_nodes = 64
+# [count] Nodes along the longer side of the image, which bound the time of a frame: for speed
+_MAX_NODES = 64
 
 
 @dataclass(frozen=True)
@@ -185,7 +181,7 @@ class CoarseGrid:
     @classmethod
     def for_image(cls, image_shape: tuple[int, int], cell_px: float) -> CoarseGrid:
         """Return a grid with cells of about this size, and at most 64 along a side."""
-        cell = max(cell_px, max(image_shape) / COARSE_GRID.max_nodes)
+        cell = max(cell_px, max(image_shape) / _MAX_NODES)
         rows, columns = (max(2, round(side / cell)) for side in image_shape)
         return cls((rows, columns), image_shape)
 

@@ -25,23 +25,17 @@ from tactile_core.errors import InputError
 _TINY = float(np.finfo(np.float32).tiny)
 
 
-class SURFACE:
-    """Parameters of the dense field.
-
-    They are relative to the marker pitch and the gel thickness.
-    """
-
-    # [gel thicknesses] Length scale of the covariance of the interpolated part. Source: chosen on
-    # virtual gels (ADR 27).
-    range_thicknesses = 6.0
-    cells_per_pitch = 4.0  # [count] Resolution of the coarse grid. Source: by hand, for speed.
-    # [pitches] The field is valid within this distance of a marker that is seen. Source: the
-    # distance to the next marker; beyond it the field is extrapolated.
-    support_pitches = 1.0
-    ridge = 1e-3  # [ratio] Regularisation of the least-squares fit, relative to its diagonal
-    # [count] Fixed-point iterations that move the field from undeformed to present positions.
-    # Source: by hand, displacements are smooth, so that two converge (ADR 27).
-    iterations = 2
+# [gel thicknesses] Length scale of the covariance of the interpolated part: chosen on virtual gels
+# (ADR 27)
+_RANGE_THICKNESSES = 6.0
+_CELLS_PER_PITCH = 4.0  # [count] Resolution of the coarse grid: for speed
+# [pitches] The field is valid within this distance of a marker that is seen: the distance to the
+# next marker; beyond it the field is extrapolated
+_SUPPORT_PITCHES = 1.0
+_RIDGE = 1e-3  # [ratio] Regularisation of the least-squares fit, relative to its diagonal
+# [count] Fixed-point iterations that move the field from undeformed to present positions:
+# displacements are smooth, so that two converge (ADR 27)
+_ITERATIONS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +102,9 @@ class MarkedSurface:
         self.reference_px = np.array(reference_px, np.float64)
         self._pitch_px = pitch(self.reference_px)
         self._mm_per_px = mm_per_px
-        self._grid = grid = CoarseGrid.for_image(shape, self._pitch_px / SURFACE.cells_per_pitch)
+        self._grid = grid = CoarseGrid.for_image(shape, self._pitch_px / _CELLS_PER_PITCH)
         per_mm = 1 / (mm_per_px * grid.cell_px)
-        reach_px = min(SURFACE.support_pitches * self._pitch_px, max(shape))
+        reach_px = min(_SUPPORT_PITCHES * self._pitch_px, max(shape))
         across, down = (2 * max(1, round(reach_px / side)) + 1 for side in grid.cell_px)
         self._around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (across, down))
         # the residual varies over a pitch, so that two nodes per pitch are enough
@@ -123,7 +117,7 @@ class MarkedSurface:
         self._kriging = Kriging(
             self.reference_px * mm_per_px,
             half_px * mm_per_px,
-            range_mm=SURFACE.range_thicknesses * thickness_mm,
+            range_mm=_RANGE_THICKNESSES * thickness_mm,
             pitch_mm=self._pitch_px * mm_per_px,
         )
         cells = np.zeros(grid.shape, np.uint8)
@@ -204,7 +198,7 @@ class MarkedSurface:
         products = products[::2, ::2] + products[1::2, 1::2]
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
-        scaled = normal / (size * size[:, None]) + SURFACE.ridge * np.eye(len(size))
+        scaled = normal / (size * size[:, None]) + _RIDGE * np.eye(len(size))
         strength = np.linalg.solve(scaled, right / size) / size
         left = np.zeros((5, 2, 2))
         left[:-1, 0, 0] = left[:-1, 1, 1] = -strength
@@ -223,7 +217,7 @@ class MarkedSurface:
         nodes, per_mm, shape = self._half_nodes, self._per_mm, (2, *self._half_shape)
         known = grid.sample_planes(sheared, nodes.T)
         start = present = grid.sample_planes(undeformed, nodes.T)
-        for _ in range(SURFACE.iterations):
+        for _ in range(_ITERATIONS):
             came_from = nodes - (known + present) * per_mm
             present = grid.sample_planes(undeformed, came_from.T)
         return grid.refine_planes((residual + (present - start)).reshape(shape))

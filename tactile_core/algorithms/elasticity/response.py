@@ -73,13 +73,10 @@ def _waves(waves: int, nodes: int, period: int) -> NDArray[np.complex128]:
     return np.asarray(np.exp(-2j * np.pi * turns))
 
 
-class RESPONSE:
-    """Choice between two ways to transform a part of the grid. It affects the time only."""
-
-    # [nodes] Longest side of a grid on which a part of at most half its size is transformed by
-    # products with matrices. Source: measured in single precision: 14 µs instead of 30 there and
-    # back on 48 × 48 nodes, 39 instead of 49 on 80 × 80, 58 instead of 62 on 96 × 96.
-    largest_product = 80
+# [nodes] Longest side of a grid on which a part of at most half its size is transformed by products
+# with matrices: measured in single precision: 14 µs instead of 30 there and back on 48 × 48 nodes,
+# 39 instead of 49 on 80 × 80, 58 instead of 62 on 96 × 96
+_LARGEST_PRODUCT = 80
 
 
 class Symbols(NamedTuple):
@@ -292,7 +289,7 @@ class Response:
     def _products(self, part: tuple[int, ...]) -> WaveProducts | None:
         """Transforms of a part by products, if they are faster; the last ones are kept."""
         rows, columns = part
-        small = max(self.shape) <= RESPONSE.largest_product
+        small = max(self.shape) <= _LARGEST_PRODUCT
         if not small or 2 * rows > self.shape[0] or 2 * columns > self.shape[1]:
             return None
         if self._part is None or self._part[0] != part:

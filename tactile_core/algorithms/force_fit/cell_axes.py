@@ -8,16 +8,12 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp
 
-
-class CELL_AXES:
-    """Limits of what counts as determined. Nothing sets them from outside."""
-
-    # [ratio] Least correlation of the shear force with the displacement, in the weaker direction.
-    # Source: by hand, : below it shear was not applied along both axes.
-    least_correlation = 0.5
-    # [standard deviations] The position of the axis is determined if it is this many times its
-    # standard error. Source: by hand, : the usual three.
-    sigmas = 3.0
+# [ratio] Least correlation of the shear force with the displacement, in the weaker direction: below
+# it shear was not applied along both axes
+_LEAST_CORRELATION = 0.5
+# [standard deviations] The position of the axis is determined if it is this many times its standard
+# error: the usual three
+_SIGMAS = 3.0
 
 
 class CellRotation(NamedTuple):
@@ -55,7 +51,7 @@ class ToolOffset(NamedTuple):
     def determined(self) -> bool:
         """Whether the offset differs from 0."""
         away = np.abs(self.mm) / np.maximum(self.std_mm, 1e-12)
-        return bool(away.max() > CELL_AXES.sigmas)
+        return bool(away.max() > _SIGMAS)
 
 
 def cell_rotation(shift: Float64, shear: Float64, normal: Float64) -> CellRotation | None:
@@ -90,7 +86,7 @@ def cell_rotation(shift: Float64, shear: Float64, normal: Float64) -> CellRotati
     )
     left, sizes, right = np.linalg.svd(shift.T @ shear)
     norms = np.linalg.norm(shift @ left, axis=0) * np.linalg.norm(shear @ right.T, axis=0)
-    if not (sizes > CELL_AXES.least_correlation * np.maximum(norms, 1e-300)).all():
+    if not (sizes > _LEAST_CORRELATION * np.maximum(norms, 1e-300)).all():
         return None
     matrix = left @ right
     mirrored = bool(np.linalg.det(matrix) < 0)
@@ -136,26 +132,22 @@ def about_centre(forces: Float64, offset: ToolOffset) -> Float64:
     return moved
 
 
-class LABEL_FAULTS:
-    """Limits of a healthy load cell. Nothing sets them from outside."""
-
-    # [count] Equal values at the extreme, in a row, that mean clipping. Source: by hand, : a
-    # cell's noise repeats no value that often.
-    plateau = 5
-    # [share of the range] A plateau within this distance of the extreme counts. Source: by hand,
-    # : less than any noise.
-    extreme = 1e-6
-    # [share of the largest force] Mean at rest that means that the cell was not zeroed. Source:
-    # by hand, : that of a force that a user would see in every result.
-    offset = 0.1
-    # [share of the largest feature] A frame is at rest if the mean of its features is below it.
-    # Source: by hand, : noise is below it, and a contact of a tenth of the force above.
-    still = 0.05
-    fewest = 3  # [count] Fewest frames at rest from which an offset is known
-    # [share of the largest force] A press begins above the one and ends below the other. Source:
-    # by hand, : so far apart that noise ends no press.
-    pressed = 0.3
-    released = 0.05
+# [count] Equal values at the extreme, in a row, that mean clipping: a cell's noise repeats no value
+# that often
+_PLATEAU = 5
+# [share of the range] A plateau within this distance of the extreme counts: less than any noise
+_EXTREME = 1e-6
+# [share of the largest force] Mean at rest that means that the cell was not zeroed: that of a force
+# that a user would see in every result
+_OFFSET = 0.1
+# [share of the largest feature] A frame is at rest if the mean of its features is below it: noise
+# is below it, and a contact of a tenth of the force above
+_STILL = 0.05
+_FEWEST = 3  # [count] Fewest frames at rest from which an offset is known
+# [share of the largest force] A press begins above the one and ends below the other: so far apart
+# that noise ends no press
+_PRESSED = 0.3
+_RELEASED = 0.05
 
 
 def is_clipped(force: Float64) -> bool:
@@ -170,8 +162,8 @@ def is_clipped(force: Float64) -> bool:
     for side in (force, -force):
         if side.max() < span / 2:  # the extreme at rest
             continue
-        at_extreme = side >= side.max() - LABEL_FAULTS.extreme * span
-        if _longest_run(at_extreme) >= LABEL_FAULTS.plateau:
+        at_extreme = side >= side.max() - _EXTREME * span
+        if _longest_run(at_extreme) >= _PLATEAU:
             return True
     return False
 
@@ -183,17 +175,17 @@ def at_rest(features: Float64) -> Bool:
     shares = sizes[:, largest > 0] / largest[largest > 0]
     if not shares.shape[1]:
         return np.ones(len(features), np.bool_)
-    return np.asarray(shares.mean(1) <= LABEL_FAULTS.still)
+    return np.asarray(shares.mean(1) <= _STILL)
 
 
 def rest_offset(force: Float64, at_rest: Bool) -> float:
     """Return the mean force at rest if it is too large for a cell that was zeroed, else 0."""
     known = at_rest & np.isfinite(force)
-    if known.sum() < LABEL_FAULTS.fewest:
+    if known.sum() < _FEWEST:
         return 0.0
     offset = float(np.median(force[known]))
     largest = float(np.nanmax(np.abs(force - offset)))
-    return offset if 0 < LABEL_FAULTS.offset * largest < abs(offset) else 0.0
+    return offset if 0 < _OFFSET * largest < abs(offset) else 0.0
 
 
 def runs_between_rests(size: Float64) -> Intp:
@@ -209,9 +201,9 @@ def runs_between_rests(size: Float64) -> Intp:
     share = size / max(float(size.max(initial=0)), 1e-300)
     runs, number, pressed = np.zeros(len(size), np.intp), 0, False
     for index, here in enumerate(share):
-        if pressed and here <= LABEL_FAULTS.released:
+        if pressed and here <= _RELEASED:
             number, pressed = number + 1, False
-        pressed |= bool(here > LABEL_FAULTS.pressed)
+        pressed |= bool(here > _PRESSED)
         runs[index] = number
     if number and not pressed:
         runs[runs == number] = number - 1  # the rest after the last press
@@ -223,16 +215,13 @@ def _longest_run(found: Bool) -> int:
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-class FORCE_ERRORS:
-    """Parameters of the fit. Nothing sets them from outside."""
-
-    # [share] Share of the errors that are smaller than one standard deviation. Source:
-    # definition: of normal errors, 68.27 %.
-    within = 0.6827
-    rounds = 4  # [count] Rounds of reweighting. Source: by hand, the third changes nothing.
-    # [share of the largest error] Least standard deviation. Source: by hand, : a perfect fit has
-    # no standard deviation of zero, which nothing could be compared with.
-    least = 1e-3
+# [share] Share of the errors that are smaller than one standard deviation: definition: of normal
+# errors, 68.27 %
+_WITHIN = 0.6827
+_ROUNDS = 4  # [count] Rounds of reweighting: the third changes nothing
+# [share of the largest error] Least standard deviation: a perfect fit has no standard deviation of
+# zero, which nothing could be compared with
+_LEAST = 1e-3
 
 
 class ForceError(NamedTuple):
@@ -270,15 +259,15 @@ def fitted_error(errors: Float64, load: Float64) -> ForceError:
     from scipy.optimize import nnls
 
     squares = errors**2
-    floor = (FORCE_ERRORS.least * float(np.sqrt(squares.max()))) ** 2
+    floor = (_LEAST * float(np.sqrt(squares.max()))) ** 2
     if floor == 0:
         return ForceError(0.0, 0.0)
     columns = np.stack([np.ones_like(load), load**2], 1)
     found = np.array([squares.mean(), 0.0])
-    for _ in range(FORCE_ERRORS.rounds):
+    for _ in range(_ROUNDS):
         weights = 1 / np.maximum(columns @ found, floor)
         found, _ = nnls(columns * weights[:, None], squares * weights)
     found[0] = max(found[0], floor)
     ratios = np.abs(errors) / np.sqrt(columns @ found)
-    rest, share = np.sqrt(found) * np.quantile(ratios, FORCE_ERRORS.within)
+    rest, share = np.sqrt(found) * np.quantile(ratios, _WITHIN)
     return ForceError(float(rest), float(share))

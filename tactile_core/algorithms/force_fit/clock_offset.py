@@ -9,23 +9,13 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64, Intp
 
-
-class CLOCK_OFFSET:
-    """Parameters of the search. Nothing sets them from outside."""
-
-    # [share] Share of the frames that must still have a force. Source: by hand, : half of the
-    # recording.
-    overlap = 0.5
-    # [count per frame] Offsets that are tried between two frames. Source: by hand, a parabola
-    # refines them.
-    steps = 2.0
-    # [share] Least share of the force that the features explain at the best offset. Source: by
-    # hand, : below it the two belong to different recordings.
-    least = 0.5
-    most = 2000  # [count] Most offsets that are tried. Source: by hand, : a second on one core.
-    # [share] Penalty of the regression. Source: by hand, : features that are multiples of others
-    # do no harm.
-    ridge = 1e-4
+_OVERLAP = 0.5  # [share] Share of the frames that must still have a force: half of the recording
+_STEPS = 2.0  # [count per frame] Offsets that are tried between two frames: a parabola refines them
+# [share] Least share of the force that the features explain at the best offset: below it the two
+# belong to different recordings
+_LEAST = 0.5
+_MOST = 2000  # [count] Most offsets that are tried: a second on one core
+_RIDGE = 1e-4  # [share] Penalty of the regression: features that are multiples of others do no harm
 
 
 class ClockOffset(NamedTuple):
@@ -45,7 +35,7 @@ class ClockOffset(NamedTuple):
     @property
     def found(self) -> bool:
         """Whether the two belong together."""
-        return self.explained >= CLOCK_OFFSET.least
+        return self.explained >= _LEAST
 
 
 def clock_offset(
@@ -65,10 +55,10 @@ def clock_offset(
     """
     aligned_s = float(times_s[0] - frames_s[0])
     spans_s = float(np.ptp(frames_s)), float(np.ptp(times_s))
-    reach_s = (1 - CLOCK_OFFSET.overlap) * spans_s[0]
+    reach_s = (1 - _OVERLAP) * spans_s[0]
     first_s, last_s = -reach_s, max(spans_s[1] - spans_s[0], 0.0) + reach_s
     frame_s = spans_s[0] / max(len(frames_s) - 1, 1)
-    count = int(min((last_s - first_s) * CLOCK_OFFSET.steps / frame_s + 1, CLOCK_OFFSET.most))
+    count = int(min((last_s - first_s) * _STEPS / frame_s + 1, _MOST))
     tried_s = aligned_s + np.linspace(first_s, last_s, max(count, 3))
     shares = np.array([_explained_share(frames_s + s, features, times_s, force) for s in tried_s])
     best = int(shares.argmax())
@@ -83,7 +73,7 @@ def clock_offset(
 
 def _explained_share(at_s: Float64, features: Float64, times_s: Float64, force: Float64) -> float:
     inside = (at_s >= times_s[0]) & (at_s <= times_s[-1])
-    if inside.sum() < max(CLOCK_OFFSET.overlap * len(at_s), 3):
+    if inside.sum() < max(_OVERLAP * len(at_s), 3):
         return -np.inf
     wanted = np.interp(at_s[inside], times_s, force)
     given = features[inside] - features[inside].mean(0)
@@ -93,18 +83,15 @@ def _explained_share(at_s: Float64, features: Float64, times_s: Float64, force: 
         return -np.inf
     scale = np.sqrt((given**2).mean(0))
     given = given / np.where(scale > 0, scale, 1)
-    normal = given.T @ given + CLOCK_OFFSET.ridge * len(given) * np.eye(given.shape[1])
+    normal = given.T @ given + _RIDGE * len(given) * np.eye(given.shape[1])
     rest = wanted - given @ np.linalg.solve(normal, given.T @ wanted)
     return 1 - float(rest @ rest) / total
 
 
-class FORCE_RIDGE:
-    """Parameters of the regression. Nothing sets them from outside."""
-
-    # [share of a feature's mean square] Penalties that are tried; the one with the least error on
-    # held-out sequences is used. Source: definition: from none that matters to one that removes
-    # all but the strongest features, in steps finer than the minimum is sharp.
-    penalties: tuple[float, ...] = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
+# [share of a feature's mean square] Penalties that are tried; the one with the least error on held-
+# out sequences is used: definition: from none that matters to one that removes all but the
+# strongest features, in steps finer than the minimum is sharp
+_PENALTIES: tuple[float, ...] = (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
 
 
 class RidgeFit(NamedTuple):
@@ -146,7 +133,7 @@ def fitted_ridge(
        problems", Technometrics 12(1), 1970.
     """
     each = np.unique(sequences)
-    tried = FORCE_RIDGE.penalties if len(each) > 1 else FORCE_RIDGE.penalties[:1]
+    tried = _PENALTIES if len(each) > 1 else _PENALTIES[:1]
     held_out = np.zeros((len(tried), len(force)))
     if len(each) > 1:
         for one in each:

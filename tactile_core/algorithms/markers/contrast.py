@@ -15,22 +15,16 @@ from tactile_core.errors import InputError
 FULL = 255  # Contrast of a pixel that reflects no light at all
 
 
-class CONTRAST:
-    """Parameters of the marker contrast. They are relative to a marker's size and to the light."""
-
-    # [marker diameters] Side of the square of the closing that estimates the background. Darker
-    # structures that are wider than this are background. Source: chosen on recorded markers (ADR
-    # 25).
-    closing_diameters = 2.2
-    # [share of full scale] Lower bound of the background, so that noise in a dark image does not
-    # become contrast.
-    darkest_background = 0.08
-    # [px] The image is reduced by a whole factor as long as a marker keeps this diameter. Source:
-    # by hand, for speed.
-    coarse_diameter_px = 6.0
-    # [share of the background] Pixels that lose at least this share of the light are masked as
-    # marker.
-    masked_contrast = 0.12
+# [marker diameters] Side of the square of the closing that estimates the background. Darker
+# structures that are wider than this are background: chosen on recorded markers (ADR 25)
+_CLOSING_DIAMETERS = 2.2
+# [share of full scale] Lower bound of the background, so that noise in a dark image does not become
+# contrast
+_DARKEST_BACKGROUND = 0.08
+# [px] The image is reduced by a whole factor as long as a marker keeps this diameter: for speed
+_COARSE_DIAMETER_PX = 6.0
+# [share of the background] Pixels that lose at least this share of the light are masked as marker
+_MASKED_CONTRAST = 0.12
 
 
 def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = None) -> UInt8:
@@ -85,7 +79,7 @@ def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = Non
 
 def reduction(diameter_px: float) -> int:
     """Factor by which an image is reduced before the contrast of such markers is measured."""
-    return max(1, min(4, int(diameter_px / CONTRAST.coarse_diameter_px)))
+    return max(1, min(4, int(diameter_px / _COARSE_DIAMETER_PX)))
 
 
 def check_image(pixels: Array) -> None:
@@ -115,13 +109,13 @@ def background_of(brightness: Array, diameter_px: float) -> Array:
 
 
 def _closing_reach(diameter_px: float) -> int:
-    return round(0.5 * CONTRAST.closing_diameters * diameter_px)
+    return round(0.5 * _CLOSING_DIAMETERS * diameter_px)
 
 
 def _close_brightness(brightness: Array, reach: int) -> Array:
     closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(reach))
     full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    darkest: Any = CONTRAST.darkest_background * full  # OpenCV's type hints omit scalars
+    darkest: Any = _DARKEST_BACKGROUND * full  # OpenCV's type hints omit scalars
     return np.asarray(cv2.max(closed, darkest))
 
 
@@ -138,9 +132,7 @@ def square(reach: int) -> UInt8:
     return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
 
 
-def marker_mask(
-    pixels: Array, *, diameter_px: float, contrast: float = CONTRAST.masked_contrast
-) -> Bool:
+def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _MASKED_CONTRAST) -> Bool:
     """Mask the dark markers of an image, with a rim of one pixel.
 
     Parameters
@@ -170,7 +162,7 @@ def mask_of(
     contrast: UInt8,
     shape: tuple[int, ...],
     *,
-    min_contrast: float = CONTRAST.masked_contrast,
+    min_contrast: float = _MASKED_CONTRAST,
 ) -> Bool:
     """Threshold the marker contrast, and add a rim of one pixel.
 

@@ -14,41 +14,35 @@ from tactile_core.algorithms.markers.contrast import (
 )
 from tactile_core.algorithms.markers.detection import find_markers, find_spots
 
-
-class LATTICE:
-    """Parameters of the search for a marker lattice. Sizes are relative to the diameter tried."""
-
-    # [px] The first diameter tried; smaller markers have too few pixels for a shape.
-    smallest_diameter_px = 3.0
-    # [ratio] The largest diameter tried fits this many times into the shorter side of the image.
-    # Source: by hand, : larger markers leave room for only a few.
-    diameters_per_side = 10.0
-    # [ratio] Ratio of successive diameters. Source: by hand, less than ``diameter_ratio``, so
-    # that the searches overlap.
-    diameter_step = 1.25
-    # [px and marker diameters] Standard deviation of the Gaussian before the search: a constant
-    # plus a share of the diameter.
-    smoothing_px = 0.3
-    smoothing_diameters = 0.08
-    # [share of the typical peak] A spot is the pixels whose contrast exceeds this share. Source:
-    # half of the maximum, the usual definition of a blurred width.
-    peak_share = 0.5
-    # [ratio] Spots count whose diameter differs from the one tried by less than this factor.
-    diameter_ratio = 1.45
-    min_contrast = 0.1  # [share of the background] Minimum of the typical contrast of the spots
-    # [count] Fewest spots that form a lattice. Source: by hand, fewer are found in textures, too.
-    min_markers = 12
-    # [share of the spots] Share of the spots that must have their nearest neighbour at the pitch.
-    regular_share = 0.7
-    # [pitches] Deviation of the distance to the nearest neighbour that counts as regular.
-    pitch_tolerance = 0.2
-    # [marker diameters] Minimum pitch; a weave has spots that nearly touch. Source: by hand, at
-    # half of the three diameters of the 2015 paper.
-    min_pitch_diameters = 1.5
-    # [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and
-    # of any spot.
-    min_area = 0.2
-    min_area_px: float = 3
+# [px] The first diameter tried; smaller markers have too few pixels for a shape
+_SMALLEST_DIAMETER_PX = 3.0
+# [ratio] The largest diameter tried fits this many times into the shorter side of the image: larger
+# markers leave room for only a few
+_DIAMETERS_PER_SIDE = 10.0
+# [ratio] Ratio of successive diameters: less than ``diameter_ratio``, so that the searches overlap
+_LATTICE_DIAMETER_STEP = 1.25
+# [px and marker diameters] Standard deviation of the Gaussian before the search: a constant plus a
+# share of the diameter
+_SMOOTHING_PX = 0.3
+_SMOOTHING_DIAMETERS = 0.08
+# [share of the typical peak] A spot is the pixels whose contrast exceeds this share: half of the
+# maximum, the usual definition of a blurred width
+_PEAK_SHARE = 0.5
+# [ratio] Spots count whose diameter differs from the one tried by less than this factor
+_DIAMETER_RATIO = 1.45
+_MIN_CONTRAST = 0.1  # [share of the background] Minimum of the typical contrast of the spots
+_MIN_MARKERS = 12  # [count] Fewest spots that form a lattice: fewer are found in textures, too
+# [share of the spots] Share of the spots that must have their nearest neighbour at the pitch
+_REGULAR_SHARE = 0.7
+# [pitches] Deviation of the distance to the nearest neighbour that counts as regular
+_PITCH_TOLERANCE = 0.2
+# [marker diameters] Minimum pitch; a weave has spots that nearly touch: at half of the three
+# diameters of the 2015 paper
+_MIN_PITCH_DIAMETERS = 1.5
+# [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and of
+# any spot
+_MIN_AREA = 0.2
+_MIN_AREA_PX: float = 3
 
 
 def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
@@ -74,10 +68,10 @@ def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
         The image is not (H, W, K).
     """
     check_image(pixels)
-    smallest_px = LATTICE.smallest_diameter_px
-    largest_px = min(pixels.shape[:2]) / LATTICE.diameters_per_side
-    count = max(0, int(np.log(largest_px / smallest_px) / np.log(LATTICE.diameter_step)) + 1)
-    tried = [_lattice(pixels, smallest_px * LATTICE.diameter_step**i) for i in range(count)]
+    smallest_px = _SMALLEST_DIAMETER_PX
+    largest_px = min(pixels.shape[:2]) / _DIAMETERS_PER_SIDE
+    count = max(0, int(np.log(largest_px / smallest_px) / np.log(_LATTICE_DIAMETER_STEP)) + 1)
+    tried = [_lattice(pixels, smallest_px * _LATTICE_DIAMETER_STEP**i) for i in range(count)]
     found = [lattice for lattice in tried if lattice is not None]
     if not found:
         return None
@@ -87,23 +81,23 @@ def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
 
 def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | None:
     """(score, diameter, pitch) of the markers of about this diameter, if they form a lattice."""
-    sigma_px = LATTICE.smoothing_px + LATTICE.smoothing_diameters * diameter_px
+    sigma_px = _SMOOTHING_PX + _SMOOTHING_DIAMETERS * diameter_px
     brightness = cv2.GaussianBlur(brightness_of(pixels, 1).astype(np.float32), (0, 0), sigma_px)
     background = background_of(brightness, diameter_px)
     contrast = (background - brightness) / background
     typical = _typical_peak(contrast, diameter_px)
-    centres, sizes = _compact_spots(contrast > LATTICE.peak_share * typical)
-    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(LATTICE.diameter_ratio)
-    if typical < LATTICE.min_contrast or fitting.sum() < LATTICE.min_markers:
+    centres, sizes = _compact_spots(contrast > _PEAK_SHARE * typical)
+    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(_DIAMETER_RATIO)
+    if typical < _MIN_CONTRAST or fitting.sum() < _MIN_MARKERS:
         return None
     centres, sizes = centres[fitting], sizes[fitting]
     nearest = spacings(centres)
     pitch = float(np.median(nearest))
-    regular = np.abs(nearest / pitch - 1) < LATTICE.pitch_tolerance
-    if regular.sum() < max(LATTICE.min_markers, LATTICE.regular_share * fitting.size):
+    regular = np.abs(nearest / pitch - 1) < _PITCH_TOLERANCE
+    if regular.sum() < max(_MIN_MARKERS, _REGULAR_SHARE * fitting.size):
         return None
     size = float(np.median(sizes[regular]))
-    if pitch < LATTICE.min_pitch_diameters * size:
+    if pitch < _MIN_PITCH_DIAMETERS * size:
         return None
     # the score is the light that the spots absorb: corners of larger markers form a lattice, too
     return float(regular.sum()) * size**2 * typical, size, pitch
@@ -113,8 +107,8 @@ def _typical_peak(contrast: Array, diameter_px: float) -> float:
     """Median of the peak contrast of the larger spots; 0 without any."""
     from scipy.ndimage import maximum
 
-    spots = find_spots((contrast > LATTICE.min_contrast).view(np.uint8))
-    large = np.flatnonzero(spots.area > LATTICE.min_area * diameter_px**2) + 1
+    spots = find_spots((contrast > _MIN_CONTRAST).view(np.uint8))
+    large = np.flatnonzero(spots.area > _MIN_AREA * diameter_px**2) + 1
     if not large.size:
         return 0.0
     return float(np.median(maximum(contrast, spots.labels, large)))
@@ -124,7 +118,7 @@ def _compact_spots(dark: Bool) -> tuple[Array, Array]:
     """Centres (N, 2) and diameters (N,) of the compact spots that do not touch the border."""
     spots = find_spots(dark.view(np.uint8))
     low, high = spots.find_borders()
-    keep = spots.compact & ~(low | high).any(axis=1) & (spots.area > LATTICE.min_area_px)
+    keep = spots.compact & ~(low | high).any(axis=1) & (spots.area > _MIN_AREA_PX)
     return spots.centres[keep], np.sqrt(4 * spots.area[keep] / np.pi)
 
 

@@ -10,44 +10,33 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, UInt8
 from tactile_core.algorithms.markers.contrast import FULL, square
 
-
-class DETECTION:
-    """Parameters of marker detection. Nothing sets them from outside: they are relative.
-
-    Lengths are relative to the marker's diameter, contrast and mass to the typical marker of the
-    same frame. So they hold for any print, resolution and light.
-    """
-
-    smoothing_diameters = 1 / 3  # [marker diameters] Reach of the Gaussian kernel to either side
-    # [marker diameters] Side of the opening that removes lines and grain, which are thinner than
-    # markers.
-    opening_diameters = 0.4
-    # [marker diameters] Side of the square in which the peak contrast around a pixel is taken.
-    # Source: as wide as the closing that estimates the background.
-    peak_diameters = 2.2
-    # [marker diameters] Width of the rim that contains the blurred edge of a marker.
-    rim_diameters = 0.28
-    # [px] Every how many pixels the typical contrast is sampled. Source: by hand, for speed.
-    sample_step_px = 6
-    # [share of the peak] Contrast above which a pixel belongs to the marker at the peak. Source:
-    # chosen on a recording: 98.4 % of 123 markers stay found, 95.9 % at 0.5 (ADR 25).
-    marker_share = 0.6
-    # [share of the peak] Contrast that is subtracted before the moments are taken. Source: chosen
-    # on a recording: with the rim, 0.27 px from the labels, 0.30 px without (ADR 25).
-    background_share = 0.15
-    # [share of the background] Share of the light that a marker absorbs at least, in any frame.
-    min_marker_contrast = 0.08
-    # [share of the typical contrast] Contrast above which a pixel may belong to a marker at all.
-    min_contrast = 0.3
-    # [typical markers] Minimum integrated contrast of a marker. Source: chosen on recorded prints,
-    # between the dirt, up to 0.31, and the smallest marker, 0.35 (ADR 25).
-    min_mass = 0.33
-    # [typical markers] The same for the part in view of a marker that the border truncates.
-    min_truncated_mass = 0.12
-    # [share of the bounding box] Minimum area of a compact spot. Source: by hand, below the π/4
-    # of a disc.
-    fill = 0.55
-    aspect = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
+_SMOOTHING_DIAMETERS = 1 / 3  # [marker diameters] Reach of the Gaussian kernel to either side
+# [marker diameters] Side of the opening that removes lines and grain, which are thinner than
+# markers
+_OPENING_DIAMETERS = 0.4
+# [marker diameters] Side of the square in which the peak contrast around a pixel is taken: as wide
+# as the closing that estimates the background
+_PEAK_DIAMETERS = 2.2
+# [marker diameters] Width of the rim that contains the blurred edge of a marker
+_RIM_DIAMETERS = 0.28
+_SAMPLE_STEP_PX = 6  # [px] Every how many pixels the typical contrast is sampled: for speed
+# [share of the peak] Contrast above which a pixel belongs to the marker at the peak: chosen on a
+# recording: 98.4 % of 123 markers stay found, 95.9 % at 0.5 (ADR 25)
+_MARKER_SHARE = 0.6
+# [share of the peak] Contrast that is subtracted before the moments are taken: chosen on a
+# recording: with the rim, 0.27 px from the labels, 0.30 px without (ADR 25)
+_BACKGROUND_SHARE = 0.15
+# [share of the background] Share of the light that a marker absorbs at least, in any frame
+_MIN_MARKER_CONTRAST = 0.08
+# [share of the typical contrast] Contrast above which a pixel may belong to a marker at all
+_MIN_CONTRAST = 0.3
+# [typical markers] Minimum integrated contrast of a marker: chosen on recorded prints, between the
+# dirt, up to 0.31, and the smallest marker, 0.35 (ADR 25)
+_MIN_MASS = 0.33
+# [typical markers] The same for the part in view of a marker that the border truncates
+_MIN_TRUNCATED_MASS = 0.12
+_FILL = 0.55  # [share of the bounding box] Minimum area of a compact spot: below the π/4 of a disc
+_ASPECT = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
 
 
 class Spots(NamedTuple):
@@ -76,8 +65,8 @@ class Spots(NamedTuple):
         """(N,) spots that are neither thin nor ragged."""
         width, height = (self.high - self.low + 1).T
         longer, shorter = np.maximum(width, height), np.minimum(width, height)
-        filled = self.area > DETECTION.fill * width * height
-        return np.asarray(filled & (longer <= DETECTION.aspect * shorter))
+        filled = self.area > _FILL * width * height
+        return np.asarray(filled & (longer <= _ASPECT * shorter))
 
     def find_borders(self) -> tuple[Bool, Bool]:
         """Whether each spot touches the left and the top border, and the right and the bottom."""
@@ -133,13 +122,13 @@ def find_markers(
     size = diameter_px / scale[0]
     mask, weight = threshold_contrast(contrast, size)
     spots = find_spots(mask)
-    mass, centres = measure_spots(spots, weight, rim=max(1, round(DETECTION.rim_diameters * size)))
+    mass, centres = measure_spots(spots, weight, rim=max(1, round(_RIM_DIAMETERS * size)))
     low, high = spots.find_borders()
     truncated = np.any(low | high, axis=1)
     whole = spots.compact & ~truncated
     if not whole.any():
         return np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
-    least = np.where(truncated, DETECTION.min_truncated_mass, DETECTION.min_mass)
+    least = np.where(truncated, _MIN_TRUNCATED_MASS, _MIN_MASS)
     markers = (whole | truncated) & (mass > least * np.median(mass[whole]))
     centres = extrapolate_centres(centres, low, high, spots.labels.shape, size / 2)[markers]
     to_image = (centres + 0.5) * np.array(scale) - 0.5
@@ -156,15 +145,15 @@ def threshold_contrast(contrast: UInt8, size_px: float) -> tuple[UInt8, UInt8]:
     weight : (h, w) uint8
         Contrast that counts for the centroid of the nearest marker.
     """
-    smoothing = 2 * int(DETECTION.smoothing_diameters * size_px) + 1
+    smoothing = 2 * int(_SMOOTHING_DIAMETERS * size_px) + 1
     smooth = cv2.GaussianBlur(contrast, (smoothing, smoothing), 0)
-    opening, reach = DETECTION.opening_diameters / 2, DETECTION.peak_diameters / 2
+    opening, reach = _OPENING_DIAMETERS / 2, _PEAK_DIAMETERS / 2
     thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(int(opening * size_px)))
     peaks = np.asarray(cv2.dilate(thick, square(int(reach * size_px))), np.uint8)
-    typical = max(find_typical_contrast(peaks), DETECTION.min_marker_contrast * FULL)
-    _, dark = cv2.threshold(thick, DETECTION.min_contrast * typical, FULL, cv2.THRESH_TOZERO)
-    mask = cv2.compare(dark, cv2.convertScaleAbs(peaks, alpha=DETECTION.marker_share), cv2.CMP_GT)
-    background = cv2.convertScaleAbs(peaks, alpha=DETECTION.background_share)
+    typical = max(find_typical_contrast(peaks), _MIN_MARKER_CONTRAST * FULL)
+    _, dark = cv2.threshold(thick, _MIN_CONTRAST * typical, FULL, cv2.THRESH_TOZERO)
+    mask = cv2.compare(dark, cv2.convertScaleAbs(peaks, alpha=_MARKER_SHARE), cv2.CMP_GT)
+    background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)
     return np.asarray(mask, np.uint8), np.asarray(cv2.subtract(smooth, background), np.uint8)
 
 
@@ -177,7 +166,7 @@ def find_typical_contrast(peaks: UInt8) -> float:
     Much of the image is near a marker and has its peak. Pixels are weighted by the square of their
     peak, so that grain between markers that are far apart does not count.
     """
-    step = DETECTION.sample_step_px
+    step = _SAMPLE_STEP_PX
     counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
     return float(weight.searchsorted(weight[-1] / 2))

@@ -8,16 +8,11 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.poisson.integration import integrate, solve_poisson
 from tactile_core.errors import InputError
 
-
-class ROBUST:
-    """Parameters that no option of ``core.robust_poisson`` sets: they depend on no sensor."""
-
-    # [slope] Step of the multipliers. It decides how fast the rounds converge, not to which
-    # height.
-    step_slope = 0.2
-    # [ratio] Weight of slopes that were filled in, so that any measured slope around them
-    # prevails. Source: by hand, (ADR 11).
-    filled_weight = 0.1
+# [slope] Step of the multipliers. It decides how fast the rounds converge, not to which height
+_STEP_SLOPE = 0.2
+# [ratio] Weight of slopes that were filled in, so that any measured slope around them prevails (ADR
+# 11)
+_FILLED_WEIGHT = 0.1
 
 
 def integrate_robustly(
@@ -85,8 +80,8 @@ def integrate_robustly(
         raise InputError(f"valid is {valid.shape} where the slopes are {height.shape}")
     rise = _at_faces(gx, gy) * np.float32(mm_per_px)
     weight = None if valid is None or valid.all() else _weights(valid)
-    most = np.float32(ROBUST.step_slope * mm_per_px)
-    gain = np.float32(ROBUST.step_slope / (ROBUST.step_slope + outlier_slope))
+    most = np.float32(_STEP_SLOPE * mm_per_px)
+    gain = np.float32(_STEP_SLOPE / (_STEP_SLOPE + outlier_slope))
     multipliers, residual = np.zeros_like(rise), np.zeros_like(rise)
     for _ in range(rounds):
         np.subtract(height[:, 1:], height[:, :-1], out=residual[0, :, :-1])
@@ -114,7 +109,7 @@ def _at_faces(gx: Array, gy: Array) -> Float32:
 
 def _weights(valid: Bool) -> Float32:
     """Weight of each face, (2, H, W); a face next to a filled pixel has the weight of that."""
-    weight = np.where(valid, np.float32(1), np.float32(ROBUST.filled_weight))
+    weight = np.where(valid, np.float32(1), np.float32(_FILLED_WEIGHT))
     faces = np.ones((2, *valid.shape), np.float32)
     np.minimum(weight[:, 1:], weight[:, :-1], out=faces[0, :, :-1])
     np.minimum(weight[1:], weight[:-1], out=faces[1, :-1])

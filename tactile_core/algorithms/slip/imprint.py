@@ -13,19 +13,13 @@ from tactile_core.algorithms.arrays.types import TINY, Array, Bool, Float32, UIn
 from tactile_core.algorithms.markers import marker_mask
 from tactile_core.errors import InputError
 
-
-class MOTION_FIT:
-    """Parameters of the fit of a motion."""
-
-    # [ratio] Regularisation of the fit, relative to its diagonal. Source: by hand, it biases a
-    # motion by a thousandth.
-    damping = 1e-3
-    # [px of the view] A longer motion is fitted again, from where the last fit ended. Source:
-    # half a pixel, up to which a linear fit is exact for patterns of three pixels.
-    long_step = 0.5
-    # [count] Most fits of one motion. Source: by hand, a fit that has not converged after four
-    # does not converge.
-    rounds = 4
+# [ratio] Regularisation of the fit, relative to its diagonal: it biases a motion by a thousandth
+_DAMPING = 1e-3
+# [px of the view] A longer motion is fitted again, from where the last fit ended: half a pixel, up
+# to which a linear fit is exact for patterns of three pixels
+_LONG_STEP = 0.5
+# [count] Most fits of one motion: a fit that has not converged after four does not converge
+_ROUNDS = 4
 
 
 INNER = slice(1, -1, 2), slice(1, -1)  # Rows and columns in which changes are fitted
@@ -113,17 +107,17 @@ def step_between(before: Imprint, now: Imprint) -> ImprintStep:
     """Fit a rigid motion and a growth of the pattern to a change, by least squares."""
     step = _linear(before, now)
     motion, best = step.motion, (0.0, 0.0, 0.0)
-    if math.hypot(*motion[:2]) <= MOTION_FIT.long_step:
+    if math.hypot(*motion[:2]) <= _LONG_STEP:
         return step
     least = step.changed / max(step.values, 1.0)
-    for _ in range(MOTION_FIT.rounds - 1):
+    for _ in range(_ROUNDS - 1):
         more = _linear(before.move_imprint(motion), now)
         left = more.changed / max(more.values, 1.0)
         if left >= least:  # a motion along stripes, for example, cannot be seen
             break
         x, y, turn = more.motion
         best, least, motion = motion, left, (motion[0] + x, motion[1] + y, motion[2] + turn)
-        if math.hypot(x, y) <= MOTION_FIT.long_step:
+        if math.hypot(x, y) <= _LONG_STEP:
             return step._replace(motion=motion)
     return step._replace(motion=best)
 
@@ -131,7 +125,7 @@ def step_between(before: Imprint, now: Imprint) -> ImprintStep:
 def _linear(before: Imprint, now: Imprint) -> ImprintStep:
     """Fit the change of every second row; the others say nearly the same, after smoothing."""
     xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = _sums(before, now)
-    xx, yy, tt = (square * (1 + MOTION_FIT.damping) + TINY for square in (xx, yy, tt))
+    xx, yy, tt = (square * (1 + _DAMPING) + TINY for square in (xx, yy, tt))
     # inverse of the symmetric matrix of products, by its cofactors
     of_x = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     of_y = of_x[1], xx * tt - xt * xt, xy * xt - xx * yt

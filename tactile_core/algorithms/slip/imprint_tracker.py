@@ -68,32 +68,27 @@ class StillNoise:
                 self.steady = median(self._still) <= NOISE.steady * min(self._still)
 
 
-class IMPRINT:
-    """Parameters of slip from the imprint."""
-
-    # [s] Time constant with which changes are forgotten, so that a grasp that holds again is not
-    # reported as slipping. Source: by hand, (ADR 28).
-    memory_s = 1.0
-    # [share of the energy per mm] Change of an imprint that sticks, per RMS motion of the
-    # markers: the warp between markers is not exact, and the light changes as the surface moves
-    # through it. Source: recorded lifts, each object by the others
-    # (``benchmarks/slip_lift_folds.py``).
-    change_per_mm = 0.6
-    # [ratio] Largest distance that the object moves over a surface that still sticks, relative to
-    # the motion of the surface. Source: at the onset of gross slip the traction is that of
-    # Cattaneo and Mindlin, under which the mean displacement of a layer that is thin relative to
-    # the contact is two thirds of the object's; the mean slip is half of that displacement. It is
-    # less on a thick layer.
-    elastic_share = 0.5
-    # [share of the markers] Quantile of the motion of the markers that is the motion of the
-    # surface in contact. Source: by hand, a contact that covers a tenth of the markers is enough.
-    sheared_quantile = 0.9
-    # [standard deviations] Uncertainty of a distance that does not count as slip. Source: two
-    # standard deviations, 2 % of false alarms from noise alone.
-    sigmas = 2.0
-    # [px of the view] Distance that does not count as slip either, since interpolated patterns
-    # drift. Source: by hand, a fifth of a pixel.
-    drift = 0.2
+# [s] Time constant with which changes are forgotten, so that a grasp that holds again is not
+# reported as slipping (ADR 28)
+_MEMORY_S = 1.0
+# [share of the energy per mm] Change of an imprint that sticks, per RMS motion of the markers: the
+# warp between markers is not exact, and the light changes as the surface moves through it: recorded
+# lifts, each object by the others (``benchmarks/slip_lift_folds.py``)
+_CHANGE_PER_MM = 0.6
+# [ratio] Largest distance that the object moves over a surface that still sticks, relative to the
+# motion of the surface: at the onset of gross slip the traction is that of Cattaneo and Mindlin,
+# under which the mean displacement of a layer that is thin relative to the contact is two thirds of
+# the object's; the mean slip is half of that displacement. It is less on a thick layer
+_ELASTIC_SHARE = 0.5
+# [share of the markers] Quantile of the motion of the markers that is the motion of the surface in
+# contact: a contact that covers a tenth of the markers is enough
+_SHEARED_QUANTILE = 0.9
+# [standard deviations] Uncertainty of a distance that does not count as slip: two standard
+# deviations, 2 % of false alarms from noise alone
+_SIGMAS = 2.0
+# [px of the view] Distance that does not count as slip either, since interpolated patterns drift: a
+# fifth of a pixel
+_DRIFT = 0.2
 
 
 @dataclass(frozen=True)
@@ -161,7 +156,7 @@ class ImprintTracker:
         diameter_px: float,
         mm_per_px: float,
         *,
-        change_per_mm: float = IMPRINT.change_per_mm,
+        change_per_mm: float = _CHANGE_PER_MM,
     ) -> None:
         self._change_per_mm = change_per_mm
         self._view = SurfaceView(pixels, reference_px, diameter_px)
@@ -215,9 +210,9 @@ class ImprintTracker:
         step = step_between(last, now)
         moved_mm = np.hypot(*(px - before_px).T) * self._mm_per_px
         share = self._unexplained_share(step, math.sqrt(moved_mm @ moved_mm / len(moved_mm)))
-        kept = math.exp(-max(elapsed_s, 0.0) / IMPRINT.memory_s)
+        kept = math.exp(-max(elapsed_s, 0.0) / _MEMORY_S)
         self._changed = self._changed * kept + share if self._noise.steady else 0.0
-        self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, IMPRINT.sheared_quantile)
+        self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, _SHEARED_QUANTILE)
         way = self._metric(step, now.radius)
         self._way, self._recent = self._way.plus(way), self._recent.scale_way(*[kept] * 3).plus(way)
         return self._result()
@@ -246,12 +241,12 @@ class ImprintTracker:
     def _result(self) -> ImprintChange:
         recent, last = self._recent, self._last
         scale = self._view.times * self._mm_per_px
-        explained = IMPRINT.elastic_share * self._sheared_mm + IMPRINT.sigmas * recent.std_mm
+        explained = _ELASTIC_SHARE * self._sheared_mm + _SIGMAS * recent.std_mm
         turned = abs(recent.mm[2]) > math.hypot(recent.mm[0], recent.mm[1])
         radius_mm = 0.0 if last is None else last.radius * scale
         return ImprintChange(
             self._changed,
-            recent.length_mm / (explained + IMPRINT.drift * scale),
+            recent.length_mm / (explained + _DRIFT * scale),
             self._way.length_mm,
             self._way.std_mm,
             recent.mm[2] / max(radius_mm, TINY),

@@ -19,32 +19,25 @@ from tactile_core.algorithms.arrays.types import (
 )
 from tactile_core.algorithms.slip.plane import sample_cells
 
-
-class RING:
-    """Parameters of the contact area. Lengths are grid points, about 0.22 mm apart."""
-
-    # [share of the view] Quantile of the steepness that counts as its maximum. Source: by hand,
-    # robust against a few outliers.
-    peak_quantile = 0.99
-    # [share of the maximum] Steepness above which a point belongs to the ring at the border of a
-    # contact. Source: chosen on virtual contacts (ADR 31).
-    edge_share = 0.3
-    gap = 4  # [grid points] Radius of the closing that bridges gaps in the ring
-    # [grid points] Width of the surface outside the contact that is steep as well. Source: chosen
-    # on virtual contacts (ADR 31).
-    outer_rim = 2
-    min_area = 6.0  # [grid points] Area below which a contour is a speck
-    smoothing = 3  # [grid points] Side of the box filter of the change of light
-    # [share of the box] Lower bound of the visible share of that box. Source: by hand, it
-    # prevents a division by zero.
-    min_visible = 0.1
-    moved_mm = 0.02  # [mm] Displacement below which motion shows no contact
-    # [share of the view] Quantile of the displacement that counts as its maximum. Source: by
-    # hand, robust against a few outliers.
-    moved_quantile = 0.98
-    # [share of the maximum] Displacement above which a point is in contact. Source: by hand, (ADR
-    # 31).
-    moved_share = 0.5
+# [share of the view] Quantile of the steepness that counts as its maximum: robust against a few
+# outliers
+_PEAK_QUANTILE = 0.99
+# [share of the maximum] Steepness above which a point belongs to the ring at the border of a
+# contact: chosen on virtual contacts (ADR 31)
+_EDGE_SHARE = 0.3
+_GAP = 4  # [grid points] Radius of the closing that bridges gaps in the ring
+# [grid points] Width of the surface outside the contact that is steep as well: chosen on virtual
+# contacts (ADR 31)
+_OUTER_RIM = 2
+_MIN_AREA = 6.0  # [grid points] Area below which a contour is a speck
+_SMOOTHING = 3  # [grid points] Side of the box filter of the change of light
+# [share of the box] Lower bound of the visible share of that box: it prevents a division by zero
+_MIN_VISIBLE = 0.1
+_MOVED_MM = 0.02  # [mm] Displacement below which motion shows no contact
+# [share of the view] Quantile of the displacement that counts as its maximum: robust against a few
+# outliers
+_MOVED_QUANTILE = 0.98
+_MOVED_SHARE = 0.5  # [share of the maximum] Displacement above which a point is in contact (ADR 31)
 
 
 def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> Float32:
@@ -64,10 +57,10 @@ def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
     hidden : (h, w) bool
         Points that a marker covers in either image.
     """
-    box = (RING.smoothing, RING.smoothing)
+    box = (_SMOOTHING, _SMOOTHING)
     seen = (~hidden).astype(np.float32)
     change = reduce(np.maximum, cv2.split(cv2.absdiff(now, undeformed))) * seen
-    visible = np.maximum(cv2.blur(seen, box), RING.min_visible)
+    visible = np.maximum(cv2.blur(seen, box), _MIN_VISIBLE)
     return np.asarray(cv2.blur(change, box) / visible)
 
 
@@ -107,7 +100,7 @@ def steepness_of(
 
 def peak(steep: Float32) -> float:
     """Return the steepness (h, w) that counts as its maximum."""
-    return quantile(steep.ravel(), RING.peak_quantile)
+    return quantile(steep.ravel(), _PEAK_QUANTILE)
 
 
 def contact_within_ring(
@@ -135,8 +128,8 @@ def contact_within_ring(
     """
     if steepest is None:
         steepest = peak(steep)
-    limit = max(min_steepness, RING.edge_share * steepest)
-    gap, above = RING.gap, (steep > limit).view(np.uint8)
+    limit = max(min_steepness, _EDGE_SHARE * steepest)
+    gap, above = _GAP, (steep > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(above)
     if width == 0:
         return above.view(np.bool_)
@@ -149,14 +142,14 @@ def contact_within_ring(
     )
     whole, truncated = list[Array](), list[Array]()
     for border in borders:
-        if cv2.contourArea(border) >= RING.min_area:
+        if cv2.contourArea(border) >= _MIN_AREA:
             (truncated if _leaves(border, steep.shape) else whole).append(border)
     whole += [np.concatenate(truncated)] if truncated else []
     mask = np.zeros(steep.shape, np.uint8)
     for border in whole:
         # one by one, because OpenCV leaves out where two of several contours overlap
         cv2.drawContours(mask, [cv2.convexHull(border)], -1, 1, cv2.FILLED)
-    inner = cv2.erode(mask, _SQUARE, iterations=RING.outer_rim)
+    inner = cv2.erode(mask, _SQUARE, iterations=_OUTER_RIM)
     return np.asarray(inner).view(np.bool_)
 
 
@@ -175,10 +168,10 @@ def contact_from_motion(moved_mm: Float32) -> Bool:
     -------
     (h, w) bool
     """
-    farthest = float(np.quantile(moved_mm, RING.moved_quantile))
-    if farthest < RING.moved_mm:
+    farthest = float(np.quantile(moved_mm, _MOVED_QUANTILE))
+    if farthest < _MOVED_MM:
         return np.zeros(moved_mm.shape, np.bool_)
-    return np.asarray(moved_mm > RING.moved_share * farthest)
+    return np.asarray(moved_mm > _MOVED_SHARE * farthest)
 
 
 def _leaves(border: Array, shape: tuple[int, ...]) -> bool:

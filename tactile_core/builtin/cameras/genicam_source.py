@@ -90,15 +90,11 @@ PIXEL_FORMATS = {
 _DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 
 
-class _PARAMETERS:
-    """Sizes of a GenICam stream."""
-
-    # [images] Images that the library holds while the computer is busy. Source: a third of a
-    # second at 30 Hz, as for webcams.
-    buffers = 10
-    # [s] Longest wait of one read. Source: bounds the time that closing takes while a camera
-    # stalls.
-    poll_s = 0.2
+# [images] Images that the library holds while the computer is busy: a third of a second at 30 Hz,
+# as for webcams
+_BUFFERS = 10
+# [s] Longest wait of one read: bounds the time that closing takes while a camera stalls
+_POLL_S = 0.2
 
 
 class GenicamSource(ImageSource):
@@ -132,14 +128,14 @@ class GenicamSource(ImageSource):
         aravis = library()
         self._stream = camera.create_stream(None, None)
         size = camera.get_payload()
-        for _ in range(_PARAMETERS.buffers):
+        for _ in range(_BUFFERS):
             self._stream.push_buffer(aravis.Buffer.new_allocate(size))
         self._success = aravis.BufferStatus.SUCCESS
         camera.start_acquisition()
 
     def grab(self) -> Image | None:
         """Return the next image."""
-        buffer = self._stream.timeout_pop_buffer(round(1e6 * _PARAMETERS.poll_s))
+        buffer = self._stream.timeout_pop_buffer(round(1e6 * _POLL_S))
         if buffer is None:
             if self._lost.is_set():
                 raise CameraLost(

@@ -24,24 +24,20 @@ from tactile_core.quantities import Image
 _SELECT_TIMEOUT = "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT"
 
 
-class _PARAMETERS:
-    """Times of a capture."""
-
-    # [s] Longest wait of one read. Source: the shortest that OpenCV allows; it bounds the time
-    # that closing takes while a camera stalls.
-    select_s = 1
-    # [s] Longest wait for the first image when the camera is opened. Source: webcams start within
-    # two seconds; the rest is reserve.
-    first_s = 5.0
-    # [s] Time of immediate failures after which a camera that is still connected counts as lost.
-    # Source: half of the 2 s in which a lost camera must be reported.
-    lost_s = 1.0
-    # [s] Pause after an immediate failure. Source: a frame period at 30 Hz, in which nothing is
-    # missed.
-    retry_s = 0.03
-    # [s] Largest distance of the driver's timestamp from the host's monotonic clock. Source: the
-    # driver's clock is the same or another one altogether, which differs by more.
-    clock_s = 10.0
+# [s] Longest wait of one read: the shortest that OpenCV allows; it bounds the time that closing
+# takes while a camera stalls
+_SELECT_S = 1
+# [s] Longest wait for the first image when the camera is opened: webcams start within two seconds;
+# the rest is reserve
+_FIRST_S = 5.0
+# [s] Time of immediate failures after which a camera that is still connected counts as lost: half
+# of the 2 s in which a lost camera must be reported
+_LOST_S = 1.0
+# [s] Pause after an immediate failure: a frame period at 30 Hz, in which nothing is missed
+_RETRY_S = 0.03
+# [s] Largest distance of the driver's timestamp from the host's monotonic clock: the driver's clock
+# is the same or another one altogether, which differs by more
+_CLOCK_S = 10.0
 
 
 class Wanted(NamedTuple):
@@ -87,7 +83,7 @@ class VideoCapture(ImageSource):
         wanted: Wanted,
         is_connected: Callable[[], bool] = lambda: True,
     ) -> None:
-        os.environ.setdefault(_SELECT_TIMEOUT, str(_PARAMETERS.select_s))
+        os.environ.setdefault(_SELECT_TIMEOUT, str(_SELECT_S))
         import cv2
 
         self.exposure_time_s: float | None = None
@@ -133,7 +129,7 @@ class VideoCapture(ImageSource):
         BandwidthError
             None comes.
         """
-        until_s = time.monotonic() + _PARAMETERS.first_s
+        until_s = time.monotonic() + _FIRST_S
         while True:
             try:
                 self.grab()
@@ -163,7 +159,7 @@ class VideoCapture(ImageSource):
             self._fail(began_s, now_s)
         self._failing_since_s = None
         stamp_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-        if abs(now_s - stamp_s) > _PARAMETERS.clock_s:
+        if abs(now_s - stamp_s) > _CLOCK_S:
             stamp_s = now_s
         # drivers note when the first bytes arrive, which is after the exposure
         stamp_s -= (self.exposure_time_s or 0.0) / 2
@@ -200,16 +196,16 @@ class VideoCapture(ImageSource):
         """Raise why there is no image."""
         if not self._is_connected():
             raise CameraLost(f"{self._name} was unplugged; connect it again and reopen it")
-        if now_s - began_s > _PARAMETERS.select_s / 2:
+        if now_s - began_s > _SELECT_S / 2:
             self._failing_since_s = None
             raise CameraTimeout(f"{self._name} sends nothing")
         self._failing_since_s = self._failing_since_s or began_s
-        if now_s - self._failing_since_s > _PARAMETERS.lost_s:
+        if now_s - self._failing_since_s > _LOST_S:
             raise CameraLost(
                 f"{self._name} is connected but sends no more images; unplug it once, or connect "
                 f"it to another port"
             )
-        self._interrupted.wait(_PARAMETERS.retry_s)
+        self._interrupted.wait(_RETRY_S)
         raise CameraTimeout(f"{self._name} sends nothing")
 
     def _choose(self, wanted: Wanted) -> None:

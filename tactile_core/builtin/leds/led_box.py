@@ -158,12 +158,9 @@ class KeepAlive:
                 self._fault = error
 
 
-class BOX:
-    """How a box is kept alive."""
-
-    # [count] Requests within the time of the box's watchdog. Source: three may be late or lost
-    # before the lights go out.
-    beats_per_watchdog = 4
+# [count] Requests within the time of the box's watchdog: three may be late or lost before the
+# lights go out
+_BEATS_PER_WATCHDOG = 4
 
 
 class BoxOptions(Options):
@@ -245,7 +242,7 @@ class LedBox(LightDriver):
         self._link = link = self._connect()
         _require(link.info, self._settings, link.place)
         link.set_levels(bytes(link.info.lights))  # what an earlier program left on
-        self._alive = KeepAlive(self._beat, link.info.watchdog_s / BOX.beats_per_watchdog)
+        self._alive = KeepAlive(self._beat, link.info.watchdog_s / _BEATS_PER_WATCHDOG)
 
     def _close(self) -> None:
         alive, self._alive = self._alive, None

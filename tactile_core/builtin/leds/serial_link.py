@@ -23,27 +23,21 @@ from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, holders, name_holders, 
 from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 from tactile_core.interfaces.device import ConnectedDevice
 
-
-class SERIAL:
-    """Times and sizes of a serial connection."""
-
-    # [bit/s] Speed of the port. Source: the protocol; an Arduino divides its clock to it exactly,
-    # and setting six lights takes less than 3 ms.
-    baud = 500000
-    # [s] Longest wait for the first hello. Source: the bootloader of an Arduino runs for 1 s
-    # (Optiboot) or 2 s (older ones) after its port is opened.
-    hello_s = 4.0
-    # [s] Interval at which a box that does not reset is asked for its hello. Source: several
-    # times within the time of a bootloader, which ends early when it receives something else.
-    ask_s = 0.5
-    # [s] Longest wait within one call of the port. Source: a small part of the shortest timeout.
-    slice_s = 0.02
-    # [count] How often a request is sent. Source: the protocol; damage to two lines in a row is a
-    # bad cable.
-    attempts = 2
-    # [bytes] Received bytes without an end of line that are kept. Source: twice the protocol's
-    # line.
-    longest_line = 128
+# [bit/s] Speed of the port: the protocol; an Arduino divides its clock to it exactly, and setting
+# six lights takes less than 3 ms
+_BAUD = 500000
+# [s] Longest wait for the first hello: the bootloader of an Arduino runs for 1 s (Optiboot) or 2 s
+# (older ones) after its port is opened
+_HELLO_S = 4.0
+# [s] Interval at which a box that does not reset is asked for its hello: several times within the
+# time of a bootloader, which ends early when it receives something else
+_ASK_S = 0.5
+# [s] Longest wait within one call of the port: a small part of the shortest timeout
+_SLICE_S = 0.02
+# [count] How often a request is sent: the protocol; damage to two lines in a row is a bad cable
+_ATTEMPTS = 2
+# [bytes] Received bytes without an end of line that are kept: twice the protocol's line
+_LONGEST_LINE = 128
 
 
 class SerialLink:
@@ -92,10 +86,10 @@ class SerialLink:
     def _hello(self) -> BoxInfo:
         """Wait for the hello of a box that starts, and ask one that was running."""
         other = b""
-        until = time.monotonic() + SERIAL.hello_s
+        until = time.monotonic() + _HELLO_S
         while (now := time.monotonic()) < until:
             self._write(encode("HELLO", next(self._numbers)))
-            for line in self._lines(min(until, now + SERIAL.ask_s)):
+            for line in self._lines(min(until, now + _ASK_S)):
                 try:
                     words = decode(line)
                 except LineError:
@@ -116,14 +110,12 @@ class SerialLink:
         """Send a request and wait until it is acknowledged; send it again once if need be."""
         numbers: set[str] = set()
         damaged = ""
-        for _ in range(SERIAL.attempts):
+        for _ in range(_ATTEMPTS):
             number = next(self._numbers)
             numbers.add(str(number))
             self._write(encode(command, number, *levels))
             try:
-                if self._await_answer(
-                    numbers, time.monotonic() + self._timeout_s / SERIAL.attempts
-                ):
+                if self._await_answer(numbers, time.monotonic() + self._timeout_s / _ATTEMPTS):
                     return
             except LineError as error:
                 damaged = f" ({error})"
@@ -161,7 +153,7 @@ class SerialLink:
                 del self._received[: end + 1]
                 if line:
                     yield line
-            del self._received[: -SERIAL.longest_line]
+            del self._received[:-_LONGEST_LINE]
             if time.monotonic() >= until:
                 return
             self._received += self._unless_gone(lambda: self._port.read(self._port.in_waiting or 1))
@@ -279,8 +271,8 @@ def open_port(name: str, timeout_s: float) -> Any:
     try:
         port = serial.Serial(
             name,
-            SERIAL.baud,
-            timeout=SERIAL.slice_s,
+            _BAUD,
+            timeout=_SLICE_S,
             write_timeout=timeout_s,
             exclusive=True,
         )

@@ -34,13 +34,9 @@ _INTERFACE = 0  # The interface that is claimed, so that no other program uses t
 GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN, errno.ENOENT)
 
 
-class USB:
-    """Times and sizes of a connection over USB."""
-
-    # [s] Interval at which the status is asked for. Source: one frame of full-speed USB.
-    poll_s = 0.001
-    # [bytes] Bytes that a description has at most. Source: twice the line of the protocol.
-    longest_description = 128
+_POLL_S = 0.001  # [s] Interval at which the status is asked for: one frame of full-speed USB
+# [bytes] Bytes that a description has at most: twice the line of the protocol
+_LONGEST_DESCRIPTION = 128
 
 
 class UsbLink:
@@ -66,7 +62,7 @@ class UsbLink:
         self._numbers = cycle(range(UNASKED + 1, 256))
         try:
             self._claim()
-            text = self._ask(_DESCRIBE, USB.longest_description, timeout_s)
+            text = self._ask(_DESCRIBE, _LONGEST_DESCRIPTION, timeout_s)
             self.info = BoxInfo.from_words(text.decode("ascii", "replace").split())
         except LineError as error:
             self.close()
@@ -81,10 +77,10 @@ class UsbLink:
         number = next(self._numbers)
         self._say(_SET, number, levels)
         time.sleep(min(self.info.settle_s, self._timeout_s))
-        while self._ask(_STATUS, 1, max(until - time.monotonic(), USB.poll_s)) != bytes([number]):
+        while self._ask(_STATUS, 1, max(until - time.monotonic(), _POLL_S)) != bytes([number]):
             if time.monotonic() > until:
                 raise self._silent()
-            time.sleep(USB.poll_s)
+            time.sleep(_POLL_S)
 
     def keep_alive(self) -> None:
         """Keep the lights on."""

@@ -64,14 +64,11 @@ class HeightMapIndenter(Indenter):
         return np.asarray(values)
 
 
-class MESH:
-    """Limits of the conversion of a mesh to a height map."""
-
-    max_points = 4_000_000  # [count] Largest number of points of the height map; it bounds memory
-    # [barycentric share] Points this far outside a triangle still belong to it, so that rounding
-    # opens no gap between two triangles that share an edge. Source: far above the rounding error
-    # of float64, far below a point's spacing.
-    edge_slack = 1e-9
+_MAX_POINTS = 4_000_000  # [count] Largest number of points of the height map; it bounds memory
+# [barycentric share] Points this far outside a triangle still belong to it, so that rounding opens
+# no gap between two triangles that share an edge: far above the rounding error of float64, far
+# below a point's spacing
+_EDGE_SLACK = 1e-9
 
 
 def mesh_indenter(
@@ -131,7 +128,7 @@ def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> 
     """(H, W) protrusion towards −z on a grid centred on the bounding box; nan outside."""
     low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
     columns, rows = np.maximum(np.ceil((high - low) / mm_per_px).astype(int) + 1, 2)
-    if rows * columns > MESH.max_points:
+    if rows * columns > _MAX_POINTS:
         raise InputError(
             f"a mesh of {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm is too large for points "
             f"{mm_per_px:g} mm apart; give a larger mm_per_px, or a scale if it is not in mm"
@@ -155,7 +152,7 @@ def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
     x, y = np.arange(x0, x1), np.arange(y0, y1)[:, None]
     second = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
     third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
-    slack = -MESH.edge_slack
+    slack = -_EDGE_SLACK
     inside = (second >= slack) & (third >= slack) & (second + third <= 1 - slack)
     z = a[2] + second * (b[2] - a[2]) + third * (c[2] - a[2])
     part = lowest[y0:y1, x0:x1]

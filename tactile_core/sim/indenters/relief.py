@@ -13,19 +13,13 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.solids import Indenter, positive
 from tactile_core.sim.indenters.textures import weave_gap
 
-
-class RELIEF:
-    """Numerical parameters of random roughness."""
-
-    # [count] Side of the square tile that repeats, in grains. Source: by hand, a contact covers
-    # fewer.
-    grains = 32
-    # [count] Points of the tile on one grain. Source: sampling theorem: two per wavelength of the
-    # shortest wave, which is half a grain.
-    points_per_grain = 4
-    # [standard deviations] Peaks are cut at this height, so that one peak does not carry the
-    # object. Source: 2.3 % of a normal distribution are higher.
-    highest = 2.0
+_GRAINS = 32  # [count] Side of the square tile that repeats, in grains: a contact covers fewer
+# [count] Points of the tile on one grain: sampling theorem: two per wavelength of the shortest
+# wave, which is half a grain
+_POINTS_PER_GRAIN = 4
+# [standard deviations] Peaks are cut at this height, so that one peak does not carry the object:
+# 2.3 % of a normal distribution are higher
+_HIGHEST = 2.0
 
 
 @dataclass(frozen=True)
@@ -124,7 +118,7 @@ class Roughness:
         """(…) depth below the highest point, mm."""
         from scipy.ndimage import map_coordinates
 
-        points_per_mm = RELIEF.points_per_grain / self.grain_mm
+        points_per_mm = _POINTS_PER_GRAIN / self.grain_mm
         places = [np.asarray(y_mm) * points_per_mm, np.asarray(x_mm) * points_per_mm]
         return np.asarray(
             map_coordinates(self._tile, places, order=1, mode="grid-wrap", prefilter=False)
@@ -134,12 +128,12 @@ class Roughness:
     def _tile(self) -> Array:
         from scipy.ndimage import gaussian_filter
 
-        side = RELIEF.grains * RELIEF.points_per_grain
+        side = _GRAINS * _POINTS_PER_GRAIN
         noise = np.random.default_rng([int(self.seed), 61]).standard_normal((side, side))
         # a Gaussian filter of σ gives the correlation exp(−r²/4σ²): σ is the length over √2 … 2
-        height = gaussian_filter(noise, RELIEF.points_per_grain / 2, mode="wrap")
+        height = gaussian_filter(noise, _POINTS_PER_GRAIN / 2, mode="wrap")
         height /= height.std()
-        return np.asarray(self.relief_mm * (RELIEF.highest - height).clip(0))
+        return np.asarray(self.relief_mm * (_HIGHEST - height).clip(0))
 
 
 TEXTURES: dict[str, Callable[..., Ribs | Weave | Roughness]] = {

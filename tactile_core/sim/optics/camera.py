@@ -15,20 +15,15 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import COLOUR
 
-
-class CAMERA:
-    """Parameters of the camera model that no profile key sets directly."""
-
-    # [bits] Smallest resolution of the analogue-to-digital converter ahead of the gamma curve.
-    converter_bits = 12
-    table_frames = 2  # [frames] Size of the table of noise samples in fast mode
-    # [steps] Resolution of noise samples, which are stored as int8. Source: 127 steps reach 4
-    # standard deviations, which one sample in 16 000 exceeds; rounding adds 1/(12 · 32²) of the
-    # variance.
-    steps_per_sigma = 32
-    # [JPEG quality] Quality of 8-bit colour cameras with gamma, unless the profile sets it.
-    default_jpeg_quality = 90
-    far_crosstalk = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
+# [bits] Smallest resolution of the analogue-to-digital converter ahead of the gamma curve
+_CONVERTER_BITS = 12
+_TABLE_FRAMES = 2  # [frames] Size of the table of noise samples in fast mode
+# [steps] Resolution of noise samples, which are stored as int8: 127 steps reach 4 standard
+# deviations, which one sample in 16 000 exceeds; rounding adds 1/(12 · 32²) of the variance
+_STEPS_PER_SIGMA = 32
+# [JPEG quality] Quality of 8-bit colour cameras with gamma, unless the profile sets it
+_DEFAULT_JPEG_QUALITY = 90
+_FAR_CROSSTALK = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
 
 
 # Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long.
@@ -72,7 +67,7 @@ class Chip:
         webcam = image.transfer == "gamma" and image.color == "rgb" and image.bit_depth == 8
         quality = sensor.jpeg_quality
         if quality is None:
-            quality = CAMERA.default_jpeg_quality if webcam else "none"
+            quality = _DEFAULT_JPEG_QUALITY if webcam else "none"
         if quality != "none" and image.bit_depth > 8:
             raise InputError(
                 f"profile {profile.name!r}: JPEG holds 8 bits and image.bit_depth is "
@@ -139,7 +134,7 @@ class Chip:
     def _levels(self) -> int:
         """Number of levels of light that the converter distinguishes."""
         linear = self.gamma == 1
-        return 1 << (self.bit_depth if linear else max(CAMERA.converter_bits, self.bit_depth))
+        return 1 << (self.bit_depth if linear else max(_CONVERTER_BITS, self.bit_depth))
 
     @cached_property
     def _table(self) -> NDArray[Any]:
@@ -183,12 +178,12 @@ class Noise:
         self._size = size
         self._seed = seed
         rng = np.random.default_rng([seed, 1])
-        self._table = _draw_steps(CAMERA.table_frames * size, rng) if from_table else None
+        self._table = _draw_steps(_TABLE_FRAMES * size, rng) if from_table else None
 
     def draw_samples(self, frame: int, exposure: int) -> Numbers:
         """Return the samples of one exposure of one frame."""
         rng = np.random.default_rng([self._seed, 2, frame, exposure])
-        scale = 1 / CAMERA.steps_per_sigma
+        scale = 1 / _STEPS_PER_SIGMA
         if self._table is None:
             return Numbers(_draw_steps(self._size, rng), scale)
         start = int(rng.integers(0, self._table.size - self._size + 1))
@@ -198,7 +193,7 @@ class Noise:
 
 def _draw_steps(count: int, rng: np.random.Generator) -> NDArray[np.int8]:
     samples = rng.standard_normal(count, np.float32)
-    samples *= np.float32(CAMERA.steps_per_sigma)
+    samples *= np.float32(_STEPS_PER_SIGMA)
     most = np.iinfo(np.int8).max
     return np.clip(np.rint(samples, out=samples), -most, most, out=samples).astype(np.int8)
 
@@ -209,7 +204,7 @@ def crosstalk_matrix(share: float) -> Float32:
     Adjacent colours leak by ``share``, red and blue into each other by a quarter of that. Each row
     sums to 1, so that white remains white.
     """
-    far = share * CAMERA.far_crosstalk
+    far = share * _FAR_CROSSTALK
     matrix = np.array([[0, share, far], [share, 0, share], [far, share, 0]])
     np.fill_diagonal(matrix, 1 - matrix.sum(1))
     return matrix.astype(np.float32)

@@ -19,22 +19,18 @@ _SHARES = ("missing_markers", "merged_markers", "dropped_frames", "torn_frames",
 _COUNTS = ("dust", "scratches")
 
 
-class FAULTS:
-    """Appearance of faults. Options select how many there are; their look is not adjustable."""
-
-    # [float), share of the rows] Smallest row of a tear, and the range above it.
-    tear_rows = (0.1, 0.8)
-    dust_radius = (0.002, 0.008)  # [float), share of the image width] Range of a speck's radius
-    dust_clear = (0.3, 0.8)  # [float), share of the light] Range of a speck's transmission
-    # [share of the image width; float, px] Gaussian sigma of a speck's border: the first times
-    # the width, plus the second.
-    dust_blur = 0.002
-    dust_blur_px = 0.3
-    scratch_depth_mm = (0.005, 0.015)  # [float), mm] Range of a scratch's depth
-    # [mm; int, px] Width of a scratch, and the smallest width that is drawn.
-    scratch_width_mm = 0.04
-    scratch_width_px = 2
-    scratch_blur_px = 1.0  # [px] Gaussian sigma of a scratch's profile
+# [float), share of the rows] Smallest row of a tear, and the range above it
+_TEAR_ROWS = (0.1, 0.8)
+_DUST_RADIUS = (0.002, 0.008)  # [float), share of the image width] Range of a speck's radius
+_DUST_CLEAR = (0.3, 0.8)  # [float), share of the light] Range of a speck's transmission
+# [share of the image width; float, px] Gaussian sigma of a speck's border: the first times the
+# width, plus the second
+_DUST_BLUR = 0.002
+_DUST_BLUR_PX = 0.3
+_SCRATCH_DEPTH_MM = (0.005, 0.015)  # [float), mm] Range of a scratch's depth
+_SCRATCH_WIDTH_MM = 0.04  # [mm; int, px] Width of a scratch, and the smallest width that is drawn
+_SCRATCH_WIDTH_PX = 2
+_SCRATCH_BLUR_PX = 1.0  # [px] Gaussian sigma of a scratch's profile
 
 
 @dataclass(frozen=True)
@@ -140,7 +136,7 @@ class Faults:
         if frame > 0 and drop < self.dropped_frames:
             return "dropped", 0.0
         if frame > 0 and tear < self.torn_frames:
-            first, span = FAULTS.tear_rows
+            first, span = _TEAR_ROWS
             return "torn", float(first + span * rows)
         return "whole", 1.0
 
@@ -175,10 +171,10 @@ class Faults:
         clear = np.ones(shape, np.float32)
         for _ in range(self.dust):
             centre = (rng.uniform(0, 1, 2) * shape[::-1]).astype(int).tolist()
-            radius = int(np.ceil(rng.uniform(*FAULTS.dust_radius) * shape[1]))
-            share = float(rng.uniform(*FAULTS.dust_clear))
+            radius = int(np.ceil(rng.uniform(*_DUST_RADIUS) * shape[1]))
+            share = float(rng.uniform(*_DUST_CLEAR))
             cv2.circle(clear, centre, radius, share, -1, cv2.LINE_AA)
-        sigma_px = FAULTS.dust_blur * shape[1] + FAULTS.dust_blur_px
+        sigma_px = _DUST_BLUR * shape[1] + _DUST_BLUR_PX
         return np.asarray(cv2.GaussianBlur(clear, (0, 0), sigma_px), np.float32)
 
     def scratches_mm(self, shape: tuple[int, int], mm_per_px: float, seed: int) -> Float32 | None:
@@ -187,9 +183,9 @@ class Faults:
             return None
         rng = np.random.default_rng([seed, 26])
         relief = np.zeros(shape, np.float32)
-        width_px = max(FAULTS.scratch_width_px, round(FAULTS.scratch_width_mm / mm_per_px))
+        width_px = max(_SCRATCH_WIDTH_PX, round(_SCRATCH_WIDTH_MM / mm_per_px))
         for _ in range(self.scratches):
             ends = (rng.uniform(0, 1, (2, 2)) * shape[::-1]).astype(int).tolist()
-            depth_mm = -float(rng.uniform(*FAULTS.scratch_depth_mm))
+            depth_mm = -float(rng.uniform(*_SCRATCH_DEPTH_MM))
             cv2.line(relief, ends[0], ends[1], depth_mm, width_px)
-        return np.asarray(cv2.GaussianBlur(relief, (0, 0), FAULTS.scratch_blur_px), np.float32)
+        return np.asarray(cv2.GaussianBlur(relief, (0, 0), _SCRATCH_BLUR_PX), np.float32)

@@ -13,31 +13,20 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import Markers
 from tactile_core.sim.optics.faults import Faults
 
-
-class PRINT:
-    """Layout of printed markers, as far as the profile does not set it.
-
-    References
-    ----------
-    .. [1] Yuan, Li, Srinivasan, Adelson, "Measurement of Shear and Slip with a GelSight Tactile
-       Sensor", ICRA, 2015.
-    """
-
-    # [marker diameters] Upper bound on the distance of a marker's corners from its centre.
-    # Source: geometry: 1/√2 for a square, 1/√3 for a triangle.
-    corner_sizes = 0.75
-    jitter_pitches = 0.22  # [pitches] Largest offset of a quasi-random marker along x and y
-    # [ratio] The offset is also at most the gap between two markers divided by this, so that they
-    # do not touch. Source: two markers that approach each other share the gap; a tenth more keeps
-    # them apart.
-    clear_divisor = 2.2
-    # [count] Markers across the image width if the profile's markers are ``auto``.
-    auto_columns: float = 14
-    # [pitches] Marker diameter if the profile's markers are ``auto``. Source: by hand, near the
-    # 0.40 mm per 1.2 mm of [1]_.
-    auto_diameter_pitches = 0.36
-    beyond_pitches = 2  # [pitches] Rows and columns of markers outside each border of the image
-    bridge_pitches = 1.2  # [ratio] Density of the ink between two merged markers
+# [marker diameters] Upper bound on the distance of a marker's corners from its centre: geometry:
+# 1/√2 for a square, 1/√3 for a triangle
+_CORNER_SIZES = 0.75
+_JITTER_PITCHES = 0.22  # [pitches] Largest offset of a quasi-random marker along x and y
+# [ratio] The offset is also at most the gap between two markers divided by this, so that they do
+# not touch: two markers that approach each other share the gap; a tenth more keeps them apart
+_CLEAR_DIVISOR = 2.2
+# [count] Markers across the image width if the profile's markers are ``auto``
+_AUTO_COLUMNS: float = 14
+# [pitches] Marker diameter if the profile's markers are ``auto``: near the 0.40 mm per 1.2 mm of
+# [1]_
+_AUTO_DIAMETER_PITCHES = 0.36
+_BEYOND_PITCHES = 2  # [pitches] Rows and columns of markers outside each border of the image
+_BRIDGE_PITCHES = 1.2  # [ratio] Density of the ink between two merged markers
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +66,15 @@ class MarkerPrint:
         if isinstance(markers, Markers):
             pitch, size = markers.pitch_mm / image.mm_per_px, markers.diameter_mm / image.mm_per_px
         else:
-            pitch = 1 / PRINT.auto_columns * image.width_px
-            size = PRINT.auto_diameter_pitches * pitch
+            pitch = 1 / _AUTO_COLUMNS * image.width_px
+            size = _AUTO_DIAMETER_PITCHES * pitch
         x, y = (_positions(n, pitch) for n in (image.width_px, image.height_px))
         centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         angles = np.full(len(centres), np.radians(look.angle_deg))
         if look.layout == "quasi_random":
             rng = np.random.default_rng([seed, 11])
-            clear = max(0.0, (pitch - size) / PRINT.clear_divisor)
-            reach = min(PRINT.jitter_pitches * pitch, clear)
+            clear = max(0.0, (pitch - size) / _CLEAR_DIVISOR)
+            reach = min(_JITTER_PITCHES * pitch, clear)
             centres = centres + rng.uniform(-reach, reach, centres.shape)
             angles = rng.uniform(0, 2 * np.pi, len(centres))
         if look.jitter_mm:
@@ -125,7 +114,7 @@ class MarkerPrint:
         shares *= np.float32(ink - 1)
         shares += 1
         # a border for windows that are partly outside; the farthest centre is that of a blot
-        beyond = int(np.ceil(PRINT.corner_sizes * self.size_px)) + half + 1
+        beyond = int(np.ceil(_CORNER_SIZES * self.size_px)) + half + 1
         bare = np.ones((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
         flat, width = bare.reshape(-1), bare.shape[1]
         first = (corner[:, 1] + beyond) * width + corner[:, 0] + beyond
@@ -155,12 +144,12 @@ class MarkerPrint:
         """
         centres_px = np.asarray(centres_px, np.float64)
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
-        count = int(np.ceil(PRINT.bridge_pitches * self._pitch_px / self.size_px))
+        count = int(np.ceil(_BRIDGE_PITCHES * self._pitch_px / self.size_px))
         bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]
         kept = ~self.worn
         centres = np.concatenate([centres_px[kept], *bridges])
         angles = np.concatenate([self.angles[kept], np.zeros(count * len(first))])
-        reach = PRINT.corner_sizes * self.size_px
+        reach = _CORNER_SIZES * self.size_px
         near = ((centres > -reach) & (centres < np.array(shape[::-1]) - 1 + reach)).all(1)
         return centres[near], angles[near]
 
@@ -170,7 +159,7 @@ class MarkerPrint:
             return 0.5
         if self.shape == "square":
             return float(0.5 * (abs(np.cos(angles)) + abs(np.sin(angles))).max(initial=1.0))
-        return PRINT.corner_sizes
+        return _CORNER_SIZES
 
     @cached_property
     def _pitch_px(self) -> float:
@@ -211,5 +200,5 @@ def _mount_print(centres_px: Float64, profile: SensorBuild) -> Float64:
 
 def _positions(length_px: int, pitch_px: float) -> Float64:
     """Centres along one side, symmetric about the middle, including some outside the image."""
-    count = int(length_px / pitch_px) + 2 * PRINT.beyond_pitches
+    count = int(length_px / pitch_px) + 2 * _BEYOND_PITCHES
     return np.asarray((length_px - 1) / 2 + from_middle(count) * pitch_px)

@@ -23,19 +23,15 @@ from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, OpticalSurface
 
-
-class SHADOWS:
-    """Resolution of cast shadows in each mode."""
-
-    # [px] Approximate width of the shadow grid in fast mode. Source: by hand, for the fast mode
-    # to run at camera rate (``benchmarks/bench_sim.py`` measures it).
-    fast_columns = 96
-    # [px] Approximate width of the shadow grid in accurate mode. Source: by hand, : the full
-    # resolution of a 640 × 480 image.
-    accurate_columns = 640
+# [px] Approximate width of the shadow grid in fast mode: for the fast mode to run at camera rate
+# (``benchmarks/bench_sim.py`` measures it)
+_FAST_COLUMNS = 96
+# [px] Approximate width of the shadow grid in accurate mode: the full resolution of a 640 × 480
+# image
+_ACCURATE_COLUMNS = 640
 
 
-_SHADOW_COLUMNS = {"fast": SHADOWS.fast_columns, "accurate": SHADOWS.accurate_columns}
+_SHADOW_COLUMNS = {"fast": _FAST_COLUMNS, "accurate": _ACCURATE_COLUMNS}
 
 
 class RigOptics:

@@ -13,21 +13,15 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32, Float64
 
-
-class MARCHING:
-    """Ray marching towards a light."""
-
-    max_steps = 16  # [count] Largest number of steps along a ray
-    # [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing
-    # light.
-    min_rise = 1e-3
-    # [ratio] A ray can be hidden only near a slope of at least this share of its own rise.
-    # Source: the mean value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at
-    # most 0.022 of a step.
-    steepness = 0.97
-    # [rows] Positions along the rays that OpenCV reads in one call, in rows of the grid. Source:
-    # by hand, at most 32767, which is OpenCV's limit.
-    rows_at_once = 4096
+_MAX_STEPS = 16  # [count] Largest number of steps along a ray
+# [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing light
+_MIN_RISE = 1e-3
+# [ratio] A ray can be hidden only near a slope of at least this share of its own rise: the mean
+# value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at most 0.022 of a step
+_STEEPNESS = 0.97
+# [rows] Positions along the rays that OpenCV reads in one call, in rows of the grid: at most 32767,
+# which is OpenCV's limit
+_ROWS_AT_ONCE = 4096
 
 
 class Shade(NamedTuple):
@@ -108,7 +102,7 @@ class Shadows:
         size = (max(1, w // reduce), max(1, h // reduce))
         x, y, z = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in toward)
         level = np.maximum(np.hypot(x, y), 1e-6)
-        rise = np.maximum(z / level, MARCHING.min_rise)
+        rise = np.maximum(z / level, _MIN_RISE)
         return cls(np.stack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
 
     @property
@@ -125,7 +119,7 @@ class Shadows:
         """Return the number of steps of a ray over this relief, and their length in pixels."""
         reach_px = relief_mm / self.lowest_rise / self.mm_per_px
         reach_px = min(reach_px, float(np.hypot(*self.rise.shape)))
-        steps = int(np.clip(np.ceil(reach_px), 1, MARCHING.max_steps))
+        steps = int(np.clip(np.ceil(reach_px), 1, _MAX_STEPS))
         return steps, max(reach_px / steps, 1.0)
 
 
@@ -145,9 +139,7 @@ def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Sha
     marches = [light.march_over(relief_mm) for light in lights]
     lowest_rise = min(light.lowest_rise for light in lights)
     reach_px = max(steps * stride_px for steps, stride_px in marches)
-    part = _near_steep(
-        low, MARCHING.steepness * lowest_rise * mm_per_px, int(np.ceil(reach_px)) + 1
-    )
+    part = _near_steep(low, _STEEPNESS * lowest_rise * mm_per_px, int(np.ceil(reach_px)) + 1)
     if part is None:
         return None
     hidden = _hidden_share(lights, marches, low, part)
@@ -184,7 +176,7 @@ def _hidden_share(
         scale[:steps, number, 0, 0] = 1 / (step[:steps, 0] * half)
     hidden = np.zeros(size, np.float32)
     # steps and lights are planes below each other, so that one call of OpenCV serves all
-    at_once = max(1, MARCHING.rows_at_once // (size[0] * size[1]))
+    at_once = max(1, _ROWS_AT_ONCE // (size[0] * size[1]))
     for first in range(0, most, at_once):
         here = slice(first, first + at_once)
         x, y, ray = (step[here] @ rays.reshape(3, 2, -1)).reshape(3, -1, size[2])

@@ -17,22 +17,11 @@ from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.shadows import Shade, Shadows, cast
 from tactile_core.sim.optics.surface import OpticalSurface
 
-
-class SEMI_SPECULAR:
-    """Reflectance of a semi-specular coating: metal flakes in silicone. Profiles may override it.
-
-    References
-    ----------
-    .. [1] Yuan, Dong, Adelson, "GelSight: High-Resolution Robot Tactile Sensors for Estimating
-       Geometry and Force", Sensors 17, 2017.
-    """
-
-    # [share] Specular share of the reflected light. Source: by hand, to look like the coated gels
-    # in [1]_, figure 4.
-    specular = 0.2
-    # [root-mean-square slope over √2] Roughness of Beckmann's facet distribution; highlights are
-    # about 20° wide. Source: by hand, to look like the coated gels in [1]_, figure 4.
-    roughness = 0.35
+# [share] Specular share of the reflected light: to look like the coated gels in [1]_, figure 4
+_SPECULAR = 0.2
+# [root-mean-square slope over √2] Roughness of Beckmann's facet distribution; highlights are about
+# 20° wide: to look like the coated gels in [1]_, figure 4
+_ROUGHNESS = 0.35
 
 
 @dataclass(frozen=True)
@@ -53,11 +42,11 @@ class Coating:
     @classmethod
     def from_profile(cls, profile: SensorBuild) -> Coating:
         """Return the coating of the profile's gel and optics."""
-        share = SEMI_SPECULAR.specular if profile.gel.coating == "semi_specular" else 0.0
+        share = _SPECULAR if profile.gel.coating == "semi_specular" else 0.0
         coat = profile.optics.coat
         return cls(
             share if coat.specular is None else coat.specular,
-            SEMI_SPECULAR.roughness if coat.roughness is None else coat.roughness,
+            _ROUGHNESS if coat.roughness is None else coat.roughness,
         )
 
 
@@ -166,14 +155,10 @@ def _constant(shape: tuple[int, ...], value: float) -> Float32:
     return np.full(shape, value, np.float32)
 
 
-class SOURCES:
-    """Parameters of light sources and camera position."""
-
-    # [diagonals of the view] Distance from the gel surface to the pupil if the profile does not
-    # set it.
-    view_diagonals = 1.5
-    min_brightness = 0.1  # [ratio] Lower bound of a light's random brightness
-    band_px = 96  # [px] Rows rendered at once; their buffers fit into the processor's cache
+# [diagonals of the view] Distance from the gel surface to the pupil if the profile does not set it
+_VIEW_DIAGONALS = 1.5
+_MIN_BRIGHTNESS = 0.1  # [ratio] Lower bound of a light's random brightness
+_BAND_PX = 96  # [px] Rows rendered at once; their buffers fit into the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +217,7 @@ def sources_of(
             )
             for dead in ((), faults.dead_leds.get(led_array.name, ()))
         )
-        bright = max(SOURCES.min_brightness, 1 + led_array.build.spread * float(deviation))
+        bright = max(_MIN_BRIGHTNESS, 1 + led_array.build.spread * float(deviation))
         direct = (1 - ambient) * bright
         shading = Shading.prepare(
             toward * np.float32(direct), led_array.blur * direct, coating, view
@@ -305,8 +290,8 @@ class Shining:
         channels = [np.flatnonzero(into).tolist() for into in self.fed]
         unlit = set(range(len(half))).difference(*channels)
         height = len(surface.relief_mm)
-        for top in range(0, height, SOURCES.band_px):
-            rows = slice(top, min(top + SOURCES.band_px, height))
+        for top in range(0, height, _BAND_PX):
+            rows = slice(top, min(top + _BAND_PX, height))
             normals = surface.normals(rows)
             # ambient light is that of half the sky, and of all of it where the surface is level
             sky = normals[2] + 1
@@ -340,6 +325,6 @@ def _towards_camera(profile: SensorBuild, shape: tuple[int, int]) -> Float32:
     """(3, H, W) unit vectors from the gel surface to the pupil, above the image centre."""
     y, x = (from_middle(n) * profile.image.mm_per_px for n in shape)
     diagonal_mm = 2 * float(np.hypot(x[-1], y[-1]))
-    pupil_mm = profile.optics.sensor.view_distance_mm or SOURCES.view_diagonals * diagonal_mm
+    pupil_mm = profile.optics.sensor.view_distance_mm or _VIEW_DIAGONALS * diagonal_mm
     view = np.stack(np.broadcast_arrays(-x, -y[:, None], pupil_mm)).astype(np.float32)
     return np.asarray(view / np.sqrt((view**2).sum(0)), np.float32)

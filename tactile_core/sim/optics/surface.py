@@ -16,14 +16,9 @@ from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import MarkerPrint
 from tactile_core.sim.refinement import BandedMatrix
 
-
-class MEMBRANE:
-    """Parameters of the rendered surface."""
-
-    margin = 0.1  # [image widths] Border around the image that shear may move into it
-    min_shadow_relief_mm = 0.01  # [mm] A relief with a smaller range casts no shadows
-    # [ratio] Size of the grain over the Gaussian sigma that correlates it.
-    sigmas_per_grain: float = 2
+_MARGIN = 0.1  # [image widths] Border around the image that shear may move into it
+_MIN_SHADOW_RELIEF_MM = 0.01  # [mm] A relief with a smaller range casts no shadows
+_SIGMAS_PER_GRAIN: float = 2  # [ratio] Size of the grain over the Gaussian sigma that correlates it
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +55,7 @@ class OpticalSurface:
         if size not in self._reduced:
             height = self.relief_mm
             relief_mm = float(height.max() - height.min())
-            casts = relief_mm >= MEMBRANE.min_shadow_relief_mm
+            casts = relief_mm >= _MIN_SHADOW_RELIEF_MM
             self._reduced[size] = _average_pixels(height, size) if casts else None
         return self._reduced[size]
 
@@ -112,7 +107,7 @@ class Membrane:
                 self._shape, mm_per_px=image.mm_per_px, radius_mm=profile.gel.radius_mm
             )
             self._rest_slopes = _slopes(self.rest_mm, image.mm_per_px)
-        self._margin = round(MEMBRANE.margin * image.width_px)
+        self._margin = round(_MARGIN * image.width_px)
         wide = (self._shape[0] + 2 * self._margin, self._shape[1] + 2 * self._margin)
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
@@ -223,7 +218,7 @@ def _grain(
     """Factor about 1 of the given standard deviation and correlation length."""
     noise = rng.standard_normal(shape, np.float32)
     if size_px > 1:
-        sigma_px = size_px / MEMBRANE.sigmas_per_grain
+        sigma_px = size_px / _SIGMAS_PER_GRAIN
         noise = np.asarray(cv2.GaussianBlur(noise, (0, 0), sigma_px), np.float32)
         noise /= noise.std()
     return np.asarray(np.maximum(1 + np.float32(deviation) * noise, 0), np.float32)

@@ -31,8 +31,8 @@ DARK = [0] * 6
 
 @pytest.fixture(autouse=True)
 def _short_hello(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serial_link.SERIAL, "hello_s", 0.5)
-    monkeypatch.setattr(serial_link.SERIAL, "ask_s", 0.1)
+    monkeypatch.setattr(serial_link, "_HELLO_S", 0.5)
+    monkeypatch.setattr(serial_link, "_ASK_S", 0.1)
 
 
 @pytest.fixture

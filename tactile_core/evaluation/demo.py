@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,12 +25,12 @@ from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
-from tactile_core.quantities.fields import Outline, Surface
+from tactile_core.quantities.fields import Outline, Surface, VectorMap
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
 from tactile_core.views.maps import Overlay, deviation, relief
-from tactile_core.views.overlay import arrows
+from tactile_core.views.pictures import draw_on_frame
 
 
 class DEMO:
@@ -254,8 +254,11 @@ def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
             continue
         stick_shares = [share for share in stick_shares if share < sticking]
         near = _around(truth.contact)
-        slips = (truth.contact & ~truth.stick)[near]
-        picture = arrows(_draw_frame(stage.frame())[near], truth.displacement_mm[near], slips=slips)
+        frame = stage.frame()
+        frame = replace(frame, pixels=frame.pixels[near], marker_mask=None)
+        slips = Outline((truth.contact & ~truth.stick)[near])
+        moved = VectorMap(truth.displacement_mm[near], None, "mm")
+        picture = draw_on_frame(frame, Overlay([slips], vectors=moved))
         force = f"shear force {truth.wrench[0]:.2f} N, normal force {truth.wrench[2]:.2f} N"
         state = f"{sticking:.0%} of the contact sticks" if sticking else "gross slip"
         figures.append(html.figure(picture, f"{force}: {state}", photo=True))
@@ -263,7 +266,7 @@ def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
             break
     caption = (
         "A ball is sheared to the right until it slips. Arrows show the displacement of the gel "
-        "surface, scaled to the longest arrow of each figure; red arrows are in the slip region."
+        "surface; the slip region is outlined."
     )
     return [html.paragraph(caption), html.row(figures)]
 

@@ -114,6 +114,4 @@ def _title(one: Bench) -> str:
     parts = [f"{one.profile}, {width} × {height}, {one.model}"]
     if one.peak_memory_mib is not None:
         parts.append(f"{one.peak_memory_mib:.0f} MiB")
-    if one.two_process_ratio is not None:
-        parts.append(f"two processes: {one.two_process_ratio:.2f} times the throughput of one")
     return "; ".join(parts)

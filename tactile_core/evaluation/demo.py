@@ -33,31 +33,6 @@ from tactile_core.views.maps import Overlay, deviation, relief
 from tactile_core.views.pictures import draw_on_frame
 
 
-class DEMO:
-    """Set-up of the demonstration. It is fixed, so that its figures are comparable."""
-
-    presses = 12  # [count] Presses of the calibration ball
-    # [view widths] Diameter of the calibration ball; at most ``ball_thicknesses`` on a thin gel.
-    ball_widths = 0.22
-    ball_thicknesses: float = 2  # [gel thicknesses] Upper bound of the ball's diameter
-    # [view sizes] Largest distance of a press from the image centre along x and y.
-    reach_widths = 0.38
-    depths = (0.12, 0.22)  # [float), ball diameters] Range of the calibration presses' depth
-    shear_step = 0.02  # [ball diameters] Shear displacement between two checks of the stick region
-    max_shears = 40  # [count] Largest number of such steps
-    # [share of the contact] A figure is drawn when the stick region first shrinks to each of
-    # these. Source: by hand, : full stick, two stages of partial slip, gross slip.
-    stick_shares: tuple[float, ...] = (1.0, 0.66, 0.33, 0.0)
-    view_contacts = 3.5  # [contact widths] Size of the image section in a figure
-    min_contact = 0.02  # [share of the image] Smallest contact size that sets this section
-    # [percent] The colour scale of errors ends here, so that single pixels do not set it.
-    error_percentile = 99.5
-    # [share of the true depth] The camera resolves a peak that keeps this much of its depth when
-    # the calibration's smoothing is applied to the true height map. Source: the accuracy wanted
-    # of the median peak, 2 %.
-    resolved_share = 0.98
-
-
 @dataclass(frozen=True)
 class DemoRow:
     """Accuracy of one press.
@@ -166,9 +141,9 @@ def _calibrate_stage(
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
         write_frame(folder / "reference", stage.frame(), "undeformed")
-        for number in range(DEMO.presses):
-            x, y = rng.uniform(-DEMO.reach_widths, DEMO.reach_widths, 2)
-            depth = float(rng.uniform(*DEMO.depths))
+        for number in range(12):
+            x, y = rng.uniform(-0.38, 0.38, 2)
+            depth = float(rng.uniform(0.12, 0.22))
             _press(stage, _Object("", "sphere", depth, x, y, {"diameter_mm": 1.0}), ball_mm)
             write_frame(folder / "presses", stage.frame(), f"press_{number:02d}")
         result = calibrate(
@@ -221,7 +196,7 @@ def _measure_stage(
     measured, true = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
     measured_contact = None if contact is None else Overlay([Outline(contact.mask[near])])
     span_mm = (min(0.0, float(true.mm.min())), float(max(true.mm.max(), measured.mm.max())))
-    most_mm = float(np.percentile(np.abs(measured.mm - true.mm), DEMO.error_percentile))
+    most_mm = float(np.percentile(np.abs(measured.mm - true.mm), 99.5))
     drawn = [
         (_draw_frame(frame)[near], f"{label}: camera image"),
         (relief(measured, measured_contact, span_mm=span_mm), "measured height"),
@@ -238,16 +213,16 @@ def is_resolved(height_mm: NDArray[np.float32], profile: Profile) -> bool:
     """Whether the peak of a true height map withstands the smoothing of the calibration."""
     blur_px = smoothing_px_of(calibrator_of(profile.calibration), profile.image.mm_per_px)
     smooth = cv2.GaussianBlur(height_mm, (0, 0), max(blur_px, 1e-3))
-    return bool(smooth.max() >= DEMO.resolved_share * height_mm.max())
+    return bool(smooth.max() >= 0.98 * height_mm.max())  # the accuracy wanted of a peak is 2 %
 
 
 def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
     """Shear a ball until gross slip, and show stages of partial slip."""
     _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
     figures: list[str] = []
-    stick_shares = list(DEMO.stick_shares)
-    for _ in range(DEMO.max_shears):
-        stage.shear(dx_mm=DEMO.shear_step * ball_mm, steps=2)
+    stick_shares = [1.0, 0.66, 0.33, 0.0]  # full stick, partial slip twice, gross slip
+    for _ in range(40):
+        stage.shear(dx_mm=0.02 * ball_mm, steps=2)
         truth = stage.truth()
         sticking = truth.stick.sum() / max(1, truth.contact.sum())
         if sticking > stick_shares[0]:
@@ -275,8 +250,8 @@ def _around(contact: NDArray[np.bool_]) -> tuple[slice, slice]:
     """Section of the image around a contact, with the image's aspect ratio."""
     height, width = contact.shape
     rows, columns = np.nonzero(contact)
-    size = max(np.ptp(columns) / width, np.ptp(rows) / height, DEMO.min_contact)
-    share = min(1.0, DEMO.view_contacts * size)
+    size = max(np.ptp(columns) / width, np.ptp(rows) / height, 0.02)
+    share = min(1.0, 3.5 * size)  # the section is as wide as 3.5 contacts
     return _span(rows, share * height, height), _span(columns, share * width, width)
 
 
@@ -287,8 +262,8 @@ def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
 
 def _ball_mm(profile: Profile) -> float:
     view_mm = profile.image.width_px * profile.image.mm_per_px
-    most_mm = DEMO.ball_thicknesses * (profile.gel.thickness_mm or view_mm)
-    return round(min(DEMO.ball_widths * view_mm, most_mm), 2)
+    most_mm = 2 * (profile.gel.thickness_mm or view_mm)  # a larger ball reaches through the gel
+    return round(min(0.22 * view_mm, most_mm), 2)
 
 
 def _draw_frame(frame: Frame) -> NDArray[np.uint8]:

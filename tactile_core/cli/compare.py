@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.options import BundlePath, ReferencePath, Serial
+from tactile_core.cli.options import AsJson, BundlePath, ProfileName, ReferencePath, Serial
 from tactile_core.cli.output import print_data, print_json, print_message
 
 
 def compare(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     input: Annotated[
         Path, typer.Option(help="The recording: an image, a folder of images, a video or a scan.")
     ],
@@ -40,7 +40,7 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(help="Folder for report.html, with pictures of one frame.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare estimators or calibrations on one recording: accuracy, time, memory.
 

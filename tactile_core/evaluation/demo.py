@@ -90,24 +90,13 @@ Demonstration = tuple[list[DemoRow], list[str]]  # Figures of one rig, and HTML 
 STAGES = 2 + len(_OBJECTS)
 
 
-def demonstrate(profile: Profile, progress: Progress) -> Demonstration:
-    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
-
-    Returns
-    -------
-    rows : list of DemoRow
-    parts : list of str
-        HTML for the report.
-    """
-    *_, result = demonstration(profile, progress)
-    assert result is not None
-    return result
-
-
 def demonstration(
     profile: Profile, progress: Progress
 ) -> Generator[Demonstration | None, None, None]:
-    """Demonstrate one rig in :data:`STAGES` stages; the last one yields the result."""
+    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
+
+    Each of the :data:`STAGES` stages yields; the last one yields the rows, and HTML for the report.
+    """
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
     bundle, summary = _calibrate_stage(profile, stage, ball_mm, progress)
     yield None

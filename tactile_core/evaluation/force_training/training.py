@@ -92,7 +92,7 @@ def planes_of(images: Float32, references: Float32) -> Any:
 
 def train(
     samples: TrainingSet,
-    network: Any,
+    network: LoadMap,
     *,
     epochs: int,
     seed: int,
@@ -104,8 +104,7 @@ def train(
     Parameters
     ----------
     samples : TrainingSet
-    network : torch.nn.Module
-        A :class:`LoadMap`, or any that maps planes to wrenches.
+    network : LoadMap
     epochs : int
         Passes over the samples.
     seed : int
@@ -183,9 +182,6 @@ def augment_batch(
 def _loss(network: Any, seen: TrainingBatch, wrench_std: Any, load_std: Any) -> Any:
     planes = planes_of(seen.images, seen.references)
     true = torch.from_numpy(seen.wrenches) / wrench_std
-    if not isinstance(network, LoadMap):
-        found = network(planes) / wrench_std
-        return functional.smooth_l1_loss(found, true, beta=0.3)
     loads = network.loads(planes)
     found = network.sum_loads(loads) / wrench_std
     wrench = functional.smooth_l1_loss(found, true, beta=0.3)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack
+from concurrent.futures import as_completed
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,7 +21,7 @@ from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.workers import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
@@ -86,20 +86,11 @@ _OBJECTS = (
 
 Demonstration = tuple[list[DemoRow], list[str]]  # Figures of one rig, and HTML for the report
 
-# Stages of demonstration: the calibration, each object, and a ball that slips.
-STAGES = 2 + len(_OBJECTS)
 
-
-def demonstration(
-    profile: Profile, progress: Progress
-) -> Generator[Demonstration | None, None, None]:
-    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
-
-    Each of the :data:`STAGES` stages yields; the last one yields the rows, and HTML for the report.
-    """
+def demonstrate(profile: Profile) -> Demonstration:
+    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth."""
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
-    bundle, summary = _calibrate_stage(profile, stage, ball_mm, progress)
-    yield None
+    bundle, summary = _calibrate_stage(profile, stage, ball_mm, Silent())
     pipeline = Pipeline(profile, bundle)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
@@ -107,8 +98,7 @@ def demonstration(
         row, figures = _measure_stage(stage, pipeline, pressed.label)
         rows.append(row)
         parts.append(html.row(figures))
-        yield None
-    yield rows, [*parts, *_shear_ball(stage, ball_mm)]
+    return rows, [*parts, *_shear_ball(stage, ball_mm)]
 
 
 def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> Bundle:
@@ -275,7 +265,6 @@ def demonstrate_rigs(
     profiles : sequence of Profile
     progress : Progress
     processes : int
-        1 stays in this process.
 
     Returns
     -------
@@ -287,36 +276,22 @@ def demonstrate_rigs(
     TactileError
         Of the first rig that cannot be demonstrated.
     """
-    shares = [profiles[first::processes] for first in range(min(processes, len(profiles)))]
-    found: list[list[Demonstration]] = [[] for _ in shares]
     progress.stage(f"calibrating and measuring {len(profiles)} virtual sensors", 1.0)
-    done = 0
-    with ExitStack() as processes_left:
-        sources = [_stages(share, processes_left, alone=len(shares) == 1) for share in shares]
-        # shares take about equally long, so hardly any process waits until it is read
-        for answers in zip_longest(*sources):
-            for result, results in zip(answers, found, strict=True):
-                if result is not None:
-                    results.append(result)
-            done += len(answers)
-            progress.fraction(min(1.0, done / (STAGES * len(profiles))))
-    return [found[number % len(shares)][number // len(shares)] for number in range(len(profiles))]
+    with Workers(min(processes, len(profiles)), _demonstrations) as crew:
+        tasks = [crew.submit(partial(_ask, profile)) for profile in profiles]
+        for count, task in enumerate(as_completed(tasks), 1):
+            task.result()
+            progress.fraction(count / len(tasks))
+    return [task.result() for task in tasks]
 
 
-def _stages(
-    profiles: Sequence[Profile], processes: ExitStack, *, alone: bool
-) -> Generator[Demonstration | None, None, None]:
-    """Start a process, unless there is only one, and return what its stages yield."""
-    if alone:
-        return _demonstrations(profiles)
-    process = processes.enter_context(WorkerProcess(_demonstrations, profiles))
-    stages = STAGES * len(profiles)
-    for _ in range(stages - 1):
-        process.send(None)  # at once: the process does not wait for this one between stages
-    return (process.receive() for _ in range(stages))
+def _ask(profile: Profile, worker: WorkerProcess) -> Demonstration:
+    answer: Demonstration = worker.ask(profile)
+    return answer
 
 
-def _demonstrations(profiles: Sequence[Profile]) -> Generator[Demonstration | None, None, None]:
+def _demonstrations() -> Generator[Demonstration | None, Profile, None]:
     with one_thread():
-        for profile in profiles:
-            yield from demonstration(profile, Silent())
+        profile = yield None
+        while True:
+            profile = yield demonstrate(profile)

@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactile_core.formats.headers import kind_of
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
@@ -91,17 +93,24 @@ class McapWriter(RecordingWriter):
         info = json.dumps(recorded.describe_image()).encode()
         self.add("camera/info", IMAGE_INFO, time_ns, info, number)
         if image.encoded is not None:
-            schema, data = COMPRESSED_IMAGE, image.encoded
-            about = {"format": kind_of(data) or "unknown"}
+            kind = kind_of(image.encoded) or "unknown"
+            message = schema_class(COMPRESSED_IMAGE)(format=kind, frame_id="camera")
+            schema, data = COMPRESSED_IMAGE, memoryview(image.encoded)
         else:
             assert isinstance(image, Image)
             height, width = image.pixels.shape[:2]
-            schema, data = RAW_IMAGE, _little_endian(image)
-            size = {"width": width, "height": height, "step": len(data) // height}
-            about = {**size, "encoding": encoding_of(image)}
-        message = schema_class(schema)(**about, frame_id="camera", data=data)
+            data = _little_endian(image)
+            schema = RAW_IMAGE
+            message = schema_class(RAW_IMAGE)(
+                width=width,
+                height=height,
+                encoding=encoding_of(image),
+                step=data.nbytes // height,
+                frame_id="camera",
+            )
         message.timestamp.FromNanoseconds(time_ns)
-        self.add(f"camera{place}", schema, time_ns, message.SerializeToString(), number)
+        content = _with_data(message, data)
+        self.add(f"camera{place}", schema, time_ns, content, number)
         self.complete_chunk()
 
     def write_event(self, name: str, values: Mapping[str, Any]) -> None:
@@ -218,8 +227,24 @@ def _file_descriptors(schema: str) -> bytes:
     return bytes(found.SerializeToString())
 
 
-def _little_endian(image: Image) -> bytes:
-    return image.pixels.astype(image.pixels.dtype.newbyteorder("<"), copy=False).tobytes()
+def _with_data(message: Any, data: memoryview) -> bytes:
+    """Return a message of an image with its ``data``, which is copied only once.
+
+    Fields of a serialised message may follow each other in any order.
+    """
+    number = message.DESCRIPTOR.fields_by_name["data"].number
+    left, length = data.nbytes, bytearray()
+    while left > 0x7F:  # seven bits a byte, the lowest first
+        length.append(left & 0x7F | 0x80)
+        left >>= 7
+    length.append(left)
+    key = bytes([number << 3 | 2])  # 2: bytes of this length follow
+    return b"".join((message.SerializeToString(), key, length, data))
+
+
+def _little_endian(image: Image) -> memoryview:
+    pixels = np.ascontiguousarray(image.pixels)
+    return memoryview(pixels.astype(pixels.dtype.newbyteorder("<"), copy=False).data).cast("B")
 
 
 def _media_type(name: str) -> str:

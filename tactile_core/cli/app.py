@@ -8,11 +8,11 @@ import typer
 
 from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate, calibrate_force
+from tactile_core.cli.compare import compare
 from tactile_core.cli.convert import convert
 from tactile_core.cli.demo import demo
 from tactile_core.cli.devices import devices
 from tactile_core.cli.doctor import doctor
-from tactile_core.cli.evaluate import compare, evaluate
 from tactile_core.cli.explaining import guard_command
 from tactile_core.cli.new import new
 from tactile_core.cli.profiles import plugins, profiles, schema, validate
@@ -57,7 +57,6 @@ COMMANDS = (
     simulate,
     train_force,
     compare,
-    evaluate,
     bench,
     profiles,
     plugins,

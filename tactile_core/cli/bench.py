@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tactile_core.cli.options import AsJson
 from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def bench(
             "profile.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Measure the time and memory of each processing stage on one core of this machine.
 
@@ -114,6 +115,4 @@ def _title(one: Bench) -> str:
     parts = [f"{one.profile}, {width} × {height}, {one.model}"]
     if one.peak_memory_mib is not None:
         parts.append(f"{one.peak_memory_mib:.0f} MiB")
-    if one.two_process_ratio is not None:
-        parts.append(f"two processes: {one.two_process_ratio:.2f} times the throughput of one")
     return "; ".join(parts)

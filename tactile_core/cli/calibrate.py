@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.options import BundlePath, ReferencePath, Serial
+from tactile_core.cli.options import AsJson, BundlePath, ProfileName, ReferencePath, Serial
 from tactile_core.cli.output import ask, print_data, print_json, print_message
 
 _QUESTION = (
@@ -18,7 +18,7 @@ _QUESTION = (
 
 
 def calibrate(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     presses: Annotated[
         Path | None,
         typer.Option(
@@ -76,7 +76,7 @@ def calibrate(
     reconnect_s: Annotated[
         float, typer.Option(help="With --live: how long to try to open an unplugged camera, s.")
     ] = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
     from tactile_core.bundles.bundle import check_place, check_serial, default_place
@@ -84,6 +84,7 @@ def calibrate(
     from tactile_core.calibration.fitting import calibrate as fit
     from tactile_core.calibration.fitting import inputs_of
     from tactile_core.calibration.target_surface import parse_rows
+    from tactile_core.cli.guided_calibration import calibrate_live, report_calibration
     from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile
@@ -107,26 +108,22 @@ def calibrate(
             )
         if ball_diameter_mm is None:
             raise InputError("--live needs the ball; give --ball-diameter-mm")
-        from tactile_core.cli.guided_calibration import LiveOptions, calibrate_live
-
         calibrate_live(
-            LiveOptions(
-                profile,
-                folder,
-                ball_diameter_mm,
-                reference=reference,
-                record=record,
-                model=model,
-                serial=serial,
-                gel=gel,
-                measured_with=measured_with,
-                input=input,
-                script=script,
-                sim=sim,
-                timeout_s=timeout,
-                reconnect_s=reconnect_s,
-                as_json=as_json,
-            )
+            profile,
+            folder,
+            ball_diameter_mm,
+            reference=reference,
+            record=record,
+            model=model,
+            serial=serial,
+            gel=gel,
+            measured_with=measured_with,
+            input=input,
+            script=script,
+            sim=sim,
+            timeout_s=timeout,
+            reconnect_s=reconnect_s,
+            as_json=as_json,
         )
         return
     if presses is None:
@@ -148,21 +145,11 @@ def calibrate(
         )
     result = result.measured_with(measured_with)
     result.save(folder)
-    for note in result.notes:
-        print_message(f"note: {note}")
-    if as_json:
-        print_json(result.summary(folder))
-        return
-    for press in result.presses:
-        if not press.used:
-            print_message(f"left out {press.file}: {press.why}")
-    print_data(f"{folder}: {result.bundle.manifest.model} on {result.basis}")
-    for sentence in () if result.score is None else result.score.sentences(result.coverage()):
-        print_data(sentence)
+    report_calibration(result, folder, as_json=as_json)
 
 
 def calibrate_force(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     input: Annotated[
         list[Path],
         typer.Option(
@@ -192,7 +179,7 @@ def calibrate_force(
         bool,
         typer.Option("--align", help="Turn the forces into the image's axes, as estimated."),
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fit the force step of a profile to measured forces, and score it on held-out sequences.
 

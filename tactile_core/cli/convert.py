@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.options import AsJson
 from tactile_core.cli.output import print_data, print_json, print_message
 
 
@@ -42,7 +43,7 @@ def convert(
         str | None,
         typer.Option(help="With --readings: the sensor with no contact, a path or 'first'."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write a recording in another kind, completely or not at all; the recording stays."""
     from tactile_core.cli.output import Bar

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tactile_core.cli.options import AsJson
 from tactile_core.cli.output import print_data, print_json, print_message
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def devices(
         str | None,
         typer.Option(metavar="SERIAL", help="Forget the devices of the sensor SERIAL."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the connected cameras and light boxes, with the sensor that each belongs to."""
     from tactile_core.acquisition.unit_devices import (

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tactile_core.cli.options import BundlePath, ReferencePath, Serial
-from tactile_core.cli.output import print_data, print_json, terminal
+from tactile_core.cli.output import print_data, print_json
 from tactile_core.cli.signals import interrupt_ends
 
 if TYPE_CHECKING:
@@ -87,11 +85,8 @@ def _print(check: Check) -> None:
 def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
     from tactile_core.pipeline.opening import open_sensor
 
-    with (
-        interrupt_ends(),
-        open_sensor(profile, **options) as sensor,
-        _open_display(as_json) as show,
-    ):
+    show = _print_json if as_json else _print_line
+    with interrupt_ends(), open_sensor(profile, **options) as sensor:
         last, shown_s = None, float("-inf")
         for reading in sensor.stream():
             last = reading
@@ -100,25 +95,6 @@ def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
                 last, shown_s = None, monotonic()
         if last is not None:
             show(last, sensor.health())
-
-
-class _Show(Protocol):
-    def __call__(self, reading: Reading, health: Health) -> None: ...
-
-
-@contextmanager
-def _open_display(as_json: bool) -> Iterator[_Show]:
-    """Yield what shows a health: a table that is redrawn, or a line."""
-    if as_json:
-        yield _print_json
-    elif (screen := terminal()) is None:
-        yield _print_line
-    else:
-        from rich.console import Console
-        from rich.live import Live
-
-        with Live(console=Console(file=screen), auto_refresh=False) as live:
-            yield lambda reading, health: live.update(_table(reading, health), refresh=True)
 
 
 def _print_json(reading: Reading, health: Health) -> None:
@@ -138,18 +114,3 @@ def _print_line(reading: Reading, health: Health) -> None:
     print_data(f"{reading.source}: {', '.join(known)}")
     for sentence in health.warnings:
         print_data(f"{'':<9}{sentence}")
-
-
-def _table(reading: Reading, health: Health) -> Any:
-    from rich.table import Table
-
-    from tactile_core.pipeline.examination import quantity_text
-
-    table = Table(title=f"{reading.source}, Ctrl-C to end", expand=True)
-    for column in ("", "now", "", "advice"):
-        table.add_column(column)
-    colours = {"ok": "green", "warning": "red", "unknown": "dim"}
-    for name, found in health.findings():
-        verdict = f"[{colours[found.verdict]}]{found.verdict}"
-        table.add_row(name.replace("_", " "), quantity_text(found), verdict, found.message)
-    return table

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,111 +16,91 @@ if TYPE_CHECKING:
     from tactile_core.calibration.guided.touch import Guidance
     from tactile_core.calibration.result import Calibrated
     from tactile_core.pipeline.sensor import Sensor
+    from tactile_core.profiles.model import Profile
 
 
 # Frames before the reference: time to take the hand away, and for the camera to settle.
 SETTLING_FRAMES = 15
 
 
-@dataclass(frozen=True)
-class LiveOptions:
-    """What ``tactile calibrate --live`` was given.
+def calibrate_live(
+    profile: str,
+    out: Path,
+    ball_diameter_mm: float,
+    *,
+    reference: Path | None,
+    record: Path | None,
+    model: str | None,
+    serial: str,
+    gel: str,
+    measured_with: str,
+    input: Path | None,
+    script: Path | None,
+    sim: bool,
+    timeout_s: float,
+    reconnect_s: float,
+    as_json: bool,
+) -> None:
+    """Lead a person through a calibration, and save it.
 
-    Attributes
-    ----------
-    profile : str
-    out : Path
-        Folder of the bundle.
-    ball_diameter_mm : float
-    reference : Path or None
-    record : Path or None
-        The recording of the session; by default beside the bundle.
-    model : str or None
-    serial, gel, measured_with : str
-    input, script : Path or None
-    sim : bool
-    timeout_s, reconnect_s : float
-    as_json : bool
+    Parameters are those of ``tactile calibrate --live``; ``record`` is by default beside the
+    bundle.
     """
-
-    profile: str
-    out: Path
-    ball_diameter_mm: float
-    reference: Path | None = None
-    record: Path | None = None
-    model: str | None = None
-    serial: str = ""
-    gel: str = ""
-    measured_with: str = ""
-    input: Path | None = None
-    script: Path | None = None
-    sim: bool = False
-    timeout_s: float = 1.0
-    reconnect_s: float = 0.0
-    as_json: bool = False
-
-
-def calibrate_live(options: LiveOptions) -> None:
-    """Lead a person through a calibration, and save it."""
     from tactile_core.calibration.guided.session import GuidedCalibration
+    from tactile_core.pipeline.sensor import Sensor
 
-    path = options.record or _free(options.out)
-    with _open_sensor(options) as sensor:
-        if options.reference is None:
+    path = record or _free(out)
+    # without its bundle, which is about to be replaced and may not fit
+    with Sensor(
+        _profile_of(profile, sim, script, None if input else serial),
+        None,
+        reference,
+        serial=serial or None,
+        input=input,
+        timeout_s=timeout_s,
+        reconnect_s=reconnect_s,
+    ).open() as sensor:
+        if reference is None:
             print_message("Keep your hands off the gel: the reference is taken.")
             for _ in range(SETTLING_FRAMES if sensor.is_live else 0):
                 sensor.acquire()
             sensor.capture_reference()
-        reference = sensor.pipeline.reference
-        assert reference is not None
+        undeformed = sensor.pipeline.reference
+        assert undeformed is not None
         with (
             sensor.record(path) as recording,
             GuidedCalibration(
                 sensor.profile,
-                reference,
-                options.ball_diameter_mm,
-                model=options.model,
-                serial=options.serial,
-                gel=options.gel,
+                undeformed,
+                ball_diameter_mm,
+                model=model,
+                serial=serial,
+                gel=gel,
                 note=recording.add_event,
             ) as guided,
-            _explain_recovery(options, path, guided),
+            _explain_recovery(guided, path, f"tactile calibrate {profile} --presses {path}", out),
         ):
-            _lead(sensor, guided, as_json=options.as_json)
+            _lead(sensor, guided, as_json=as_json)
             print_message(f"{len(guided.presses)} presses are kept; fitting and scoring.")
-            result = guided.finish().measured_with(options.measured_with)
-            result.save(options.out)
+            result = guided.finish().measured_with(measured_with)
+            result.save(out)
         if recording.failure is not None:
             print_message(f"note: {recording.failure}")
-        _report(result, options, path)
-        if options.input is None:
-            _measure_next(sensor, result, as_json=options.as_json)
+        report_calibration(result, out, path, as_json=as_json)
+        if input is None:
+            _measure_next(sensor, result, as_json=as_json)
 
 
-def _open_sensor(options: LiveOptions) -> Sensor:
-    """Open the sensor without its bundle, which is about to be replaced and may not fit."""
+def _profile_of(name: str, sim: bool, script: Path | None, serial: str | None) -> Profile:
     from tactile_core.acquisition.unit_devices import with_unit_devices
     from tactile_core.errors import InputError
-    from tactile_core.pipeline.sensor import Sensor
     from tactile_core.profiles.loader import load_profile
 
-    overrides = None
-    if options.script is not None:
-        if not options.sim:
-            raise InputError(f"the script {options.script} controls the virtual sensor; add --sim")
-        overrides = {"camera": {"script": str(options.script)}}
-    profile = load_profile(options.profile, sim=options.sim, overrides=overrides)
-    if options.serial and options.input is None:
-        profile = with_unit_devices(profile, options.serial)
-    return Sensor(
-        profile,
-        None,
-        options.reference,
-        serial=options.serial or None,
-        input=options.input,
-        timeout_s=options.timeout_s,
-        reconnect_s=options.reconnect_s,
-    ).open()
+    if script is not None and not sim:
+        raise InputError(f"the script {script} controls the virtual sensor; add --sim")
+    overrides = None if script is None else {"camera": {"script": str(script)}}
+    profile = load_profile(name, sim=sim, overrides=overrides)
+    return with_unit_devices(profile, serial) if serial else profile
 
 
 def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
@@ -140,7 +119,7 @@ def _lead(sensor: Sensor, guided: GuidedCalibration, *, as_json: bool) -> None:
 
 @contextmanager
 def _explain_recovery(
-    options: LiveOptions, path: Path, guided: GuidedCalibration
+    guided: GuidedCalibration, path: Path, command: str, out: Path
 ) -> Iterator[None]:
     """Say how to finish from the recording if the session ends early."""
     try:
@@ -148,25 +127,30 @@ def _explain_recovery(
     except BaseException:
         count = len(guided.presses)
         if count:
-            print_message(
-                f"{count} presses are kept in {path}; finish with: tactile calibrate "
-                f"{options.profile} --presses {path} --out {options.out}"
-            )
+            print_message(f"{count} presses are kept in {path}; finish with: {command} --out {out}")
         else:
             print_message(f"no press was kept; {path} holds what the camera sent")
         raise
 
 
-def _report(result: Calibrated, options: LiveOptions, path: Path) -> None:
+def report_calibration(
+    result: Calibrated, out: Path, recording: Path | None = None, *, as_json: bool
+) -> None:
+    """Print a calibration that is saved in a folder."""
     for note in result.notes:
         print_message(f"note: {note}")
-    if options.as_json:
-        print_json({**result.summary(options.out), "recording": str(path)})
+    if as_json:
+        recorded = {} if recording is None else {"recording": str(recording)}
+        print_json({**result.summary(out), **recorded})
         return
-    print_data(f"{options.out}: {result.bundle.manifest.model} on {result.basis}")
+    for press in result.presses:
+        if not press.used:
+            print_message(f"left out {press.file}: {press.why}")
+    print_data(f"{out}: {result.bundle.manifest.model} on {result.basis}")
     for sentence in () if result.score is None else result.score.sentences(result.coverage()):
         print_data(sentence)
-    print_data(f"the session is recorded in {path}; the report is {options.out / 'report.html'}")
+    if recording is not None:
+        print_data(f"the session is recorded in {recording}; the report is {out / 'report.html'}")
 
 
 def _measure_next(sensor: Sensor, result: Calibrated, *, as_json: bool) -> None:

@@ -31,12 +31,6 @@ def new(
         Path | None,
         typer.Option(help="The grid in front of the camera, or both balls or tips on the gel."),
     ] = None,
-    presses: Annotated[
-        Path | None, typer.Option(help="Presses of a ball, to estimate the light directions.")
-    ] = None,
-    ball_diameter_mm: Annotated[
-        float | None, typer.Option(help="Diameter of the ball of --presses, in mm.")
-    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -50,7 +44,6 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:
     """Write a commented minimal profile for your own sensor."""
-    from tactile_core.cli.output import Bar
     from tactile_core.scaffold import new_package, new_profile
     from tactile_core.scaffold.package import profile_path
     from tactile_core.scaffold.profile import refuse_existing
@@ -58,25 +51,21 @@ def new(
     default = f"tactile-{name.replace('_', '-')}" if plugin else f"{name}.yaml"
     place = out if out is not None else Path(default)
     refuse_existing(place, force=force, folder=plugin)
-    with Bar() as progress:
-        profile = new_profile(
-            name,
-            parent,
-            image,
-            out=profile_path(place, name) if plugin else place,
-            scale=scale,
-            scale_image=scale_image,
-            presses=presses,
-            ball_diameter_mm=ball_diameter_mm,
-            ask=ask if sys.stdin.isatty() else None,
-            progress=progress,
-        )
+    profile = new_profile(
+        name,
+        parent,
+        image,
+        out=profile_path(place, name) if plugin else place,
+        scale=scale,
+        scale_image=scale_image,
+        ask=ask if sys.stdin.isatty() else None,
+    )
     made = new_package(profile) if plugin else profile
     made.write(place, force=force)
     for note in profile.notes:
         print_message(f"note: {note}")
     print_data(str(place))
-    ball = f"--ball-diameter-mm {'D' if ball_diameter_mm is None else f'{ball_diameter_mm:g}'}"
+    ball = "--ball-diameter-mm D"
     if scale is not None and scale.lower().endswith((".yaml", ".yml")):
         ball = f"--target {scale}"
     if plugin:
@@ -84,8 +73,7 @@ def new(
     else:
         steps = [
             f"tactile validate {place}",
-            f"tactile calibrate {place} --presses {presses or 'FOLDER'} --reference {image} {ball} "
-            f"--out BUNDLE",
+            f"tactile calibrate {place} --presses FOLDER --reference {image} {ball} --out BUNDLE",
             f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
         ]
     for step in steps:

@@ -7,6 +7,10 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+ProfileName: TypeAlias = Annotated[
+    str, typer.Argument(metavar="PROFILE", help="A profile's name or the path of its YAML file.")
+]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 Serial: TypeAlias = Annotated[str | None, typer.Option(help="Serial of the physical unit.")]
 GelName: TypeAlias = Annotated[str | None, typer.Option(help="Name of the gel on the unit.")]
 Simulated: TypeAlias = Annotated[bool, typer.Option("--sim", help="Use the virtual sensor.")]

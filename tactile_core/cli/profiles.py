@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.options import AsJson
 from tactile_core.cli.output import print_data, print_json, print_message
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
 def profiles(as_json: AsJson = False) -> None:

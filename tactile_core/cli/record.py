@@ -8,9 +8,11 @@ from typing import Annotated
 import typer
 
 from tactile_core.cli.options import (
+    AsJson,
     BundlePath,
     GelName,
     MostFrames,
+    ProfileName,
     ReconnectS,
     ReferencePath,
     Script,
@@ -22,7 +24,7 @@ from tactile_core.cli.output import print_data, print_if_fewer, print_json, prin
 
 
 def record(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     out: Annotated[Path, typer.Option(help="A new .mcap file, or a new folder for single images.")],
     serial: Serial = None,
     gel: GelName = None,
@@ -42,7 +44,7 @@ def record(
     ] = False,
     timeout: TimeoutS = 1.0,
     reconnect_s: ReconnectS = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Record what the camera sends, exactly, with profile, bundle and reference inside."""
     from time import monotonic
@@ -102,7 +104,7 @@ def recover(
         Path | None,
         typer.Option(help="The new file. Default: beside it, as NAME.recovered.mcap."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write every sound frame of an interrupted or damaged recording to a new file."""
     from tactile_core.recordings.recovery import recover as recovered

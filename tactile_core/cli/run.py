@@ -13,6 +13,7 @@ from tactile_core.cli.options import (
     BundlePath,
     GelName,
     MostFrames,
+    ProfileName,
     ReconnectS,
     ReferencePath,
     Script,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     serial: Serial = None,
     gel: GelName = None,
     sim: Simulated = False,

@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
+from tactile_core.cli.options import AsJson, ProfileName
 from tactile_core.cli.output import print_data, print_json
 
 
 def simulate(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     script: Annotated[Path, typer.Option(help="YAML of the indenter and its motion.")],
     out: Annotated[Path, typer.Option(help="Folder for frames, reference and ground truth.")],
     seed: Annotated[
@@ -22,7 +23,7 @@ def simulate(
         typer.Option(min=0, help="Another unit of the design, by its number. Default: the design."),
     ] = None,
     mode: Annotated[str, typer.Option(help="accurate, or fast for real time.")] = "accurate",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write the frames of a virtual sensor for a script, with the ground truth.
 

@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
-from tactile_core.cli.options import ReferencePath
+from tactile_core.cli.options import AsJson, ProfileName, ReferencePath
 from tactile_core.cli.output import print_data, print_json
 
 
 def train_force(
-    profile: Annotated[str, typer.Argument(help="A profile's name or the path of its YAML file.")],
+    profile: ProfileName,
     out: Annotated[
         Path, typer.Option(help="Folder for force.onnx, its manifest and its data sheet.")
     ],
@@ -28,13 +28,12 @@ def train_force(
         ),
     ] = None,
     reference: ReferencePath = None,
-    network: Annotated[str, typer.Option(help="small, or vgg16 as in the paper.")] = "small",
     epochs: Annotated[int, typer.Option(min=1, help="Passes over the images.")] = 12,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same network.")] = 0,
     units: Annotated[
         int, typer.Option(min=1, help="With --sim: number of virtual units, 250 images each.")
     ] = 90,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Train a network for core.force_cnn and score it on what it has not seen.
 
@@ -51,22 +50,20 @@ def train_force(
     )
     from tactile_core.profiles.loader import load_profile
 
-    if network not in ("small", "vgg16"):
-        raise InputError(f"--network is 'small' or 'vgg16', not {network!r}")
     if sim == (input is not None):
         raise InputError("give either --sim, or --input with --forces")
     if input is not None and forces is None:
         raise InputError("--input needs --forces, a CSV with the force of each frame")
     loaded = load_profile(profile, sim=sim)
     require_torch()
-    shown = ["tactile", "train-force", profile, "--network", network, "--epochs", str(epochs)]
+    shown = ["tactile", "train-force", profile, "--epochs", str(epochs)]
     shown += ["--seed", str(seed)]
     if input is not None and forces is not None:
         shown += ["--input", input.name, "--forces", forces.name, "--out", out.name]
     else:
         shown += ["--sim", "--units", str(units), "--out", out.name]
     command = join(shown)
-    plan = Plan(out, "vgg16" if network == "vgg16" else "small", epochs, seed, command)
+    plan = Plan(out, epochs, seed, command)
     with Bar() as progress:
         if input is not None and forces is not None:
             trained = train_on_recording(

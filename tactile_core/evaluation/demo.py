@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field
-from itertools import zip_longest
+from concurrent.futures import as_completed
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,41 +21,16 @@ from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.workers import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
-from tactile_core.quantities.fields import Outline, Surface
+from tactile_core.quantities.fields import Outline, Surface, VectorMap
 from tactile_core.sim.simulation import write_frame
 from tactile_core.sim.stage import VirtualStage
 from tactile_core.views import html
 from tactile_core.views.maps import Overlay, deviation, relief
-from tactile_core.views.overlay import arrows
-
-
-class DEMO:
-    """Set-up of the demonstration. It is fixed, so that its figures are comparable."""
-
-    presses = 12  # [count] Presses of the calibration ball
-    # [view widths] Diameter of the calibration ball; at most ``ball_thicknesses`` on a thin gel.
-    ball_widths = 0.22
-    ball_thicknesses: float = 2  # [gel thicknesses] Upper bound of the ball's diameter
-    # [view sizes] Largest distance of a press from the image centre along x and y.
-    reach_widths = 0.38
-    depths = (0.12, 0.22)  # [float), ball diameters] Range of the calibration presses' depth
-    shear_step = 0.02  # [ball diameters] Shear displacement between two checks of the stick region
-    max_shears = 40  # [count] Largest number of such steps
-    # [share of the contact] A figure is drawn when the stick region first shrinks to each of
-    # these. Source: by hand, : full stick, two stages of partial slip, gross slip.
-    stick_shares: tuple[float, ...] = (1.0, 0.66, 0.33, 0.0)
-    view_contacts = 3.5  # [contact widths] Size of the image section in a figure
-    min_contact = 0.02  # [share of the image] Smallest contact size that sets this section
-    # [percent] The colour scale of errors ends here, so that single pixels do not set it.
-    error_percentile = 99.5
-    # [share of the true depth] The camera resolves a peak that keeps this much of its depth when
-    # the calibration's smoothing is applied to the true height map. Source: the accuracy wanted
-    # of the median peak, 2 %.
-    resolved_share = 0.98
+from tactile_core.views.pictures import draw_on_frame
 
 
 @dataclass(frozen=True)
@@ -111,31 +86,11 @@ _OBJECTS = (
 
 Demonstration = tuple[list[DemoRow], list[str]]  # Figures of one rig, and HTML for the report
 
-# Stages of demonstration: the calibration, each object, and a ball that slips.
-STAGES = 2 + len(_OBJECTS)
 
-
-def demonstrate(profile: Profile, progress: Progress) -> Demonstration:
-    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth.
-
-    Returns
-    -------
-    rows : list of DemoRow
-    parts : list of str
-        HTML for the report.
-    """
-    *_, result = demonstration(profile, progress)
-    assert result is not None
-    return result
-
-
-def demonstration(
-    profile: Profile, progress: Progress
-) -> Generator[Demonstration | None, None, None]:
-    """Demonstrate one rig in :data:`STAGES` stages; the last one yields the result."""
+def demonstrate(profile: Profile) -> Demonstration:
+    """Calibrate a virtual sensor by ball presses, then measure other objects against the truth."""
     stage, ball_mm = VirtualStage(profile), _ball_mm(profile)
-    bundle, summary = _calibrate_stage(profile, stage, ball_mm, progress)
-    yield None
+    bundle, summary = _calibrate_stage(profile, stage, ball_mm, Silent())
     pipeline = Pipeline(profile, bundle)
     rows, parts = [], [html.heading(f"{profile.name}: {profile.description}"), summary]
     for pressed in _OBJECTS:
@@ -143,8 +98,7 @@ def demonstration(
         row, figures = _measure_stage(stage, pipeline, pressed.label)
         rows.append(row)
         parts.append(html.row(figures))
-        yield None
-    yield rows, [*parts, *_shear_ball(stage, ball_mm)]
+    return rows, [*parts, *_shear_ball(stage, ball_mm)]
 
 
 def calibrated_virtually(profile: Profile, progress: Progress | None = None) -> Bundle:
@@ -166,9 +120,9 @@ def _calibrate_stage(
     with TemporaryDirectory(prefix="tactile-demo-") as name:
         folder = Path(name)
         write_frame(folder / "reference", stage.frame(), "undeformed")
-        for number in range(DEMO.presses):
-            x, y = rng.uniform(-DEMO.reach_widths, DEMO.reach_widths, 2)
-            depth = float(rng.uniform(*DEMO.depths))
+        for number in range(12):
+            x, y = rng.uniform(-0.38, 0.38, 2)
+            depth = float(rng.uniform(0.12, 0.22))
             _press(stage, _Object("", "sphere", depth, x, y, {"diameter_mm": 1.0}), ball_mm)
             write_frame(folder / "presses", stage.frame(), f"press_{number:02d}")
         result = calibrate(
@@ -221,7 +175,7 @@ def _measure_stage(
     measured, true = (Surface(mm[near], scale) for mm in (height.mm, truth.height_mm))
     measured_contact = None if contact is None else Overlay([Outline(contact.mask[near])])
     span_mm = (min(0.0, float(true.mm.min())), float(max(true.mm.max(), measured.mm.max())))
-    most_mm = float(np.percentile(np.abs(measured.mm - true.mm), DEMO.error_percentile))
+    most_mm = float(np.percentile(np.abs(measured.mm - true.mm), 99.5))
     drawn = [
         (_draw_frame(frame)[near], f"{label}: camera image"),
         (relief(measured, measured_contact, span_mm=span_mm), "measured height"),
@@ -238,24 +192,27 @@ def is_resolved(height_mm: NDArray[np.float32], profile: Profile) -> bool:
     """Whether the peak of a true height map withstands the smoothing of the calibration."""
     blur_px = smoothing_px_of(calibrator_of(profile.calibration), profile.image.mm_per_px)
     smooth = cv2.GaussianBlur(height_mm, (0, 0), max(blur_px, 1e-3))
-    return bool(smooth.max() >= DEMO.resolved_share * height_mm.max())
+    return bool(smooth.max() >= 0.98 * height_mm.max())  # the accuracy wanted of a peak is 2 %
 
 
 def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
     """Shear a ball until gross slip, and show stages of partial slip."""
     _press(stage, _Object("", "sphere", 0.15, -0.1, 0.0, {"diameter_mm": 1.2}), ball_mm)
     figures: list[str] = []
-    stick_shares = list(DEMO.stick_shares)
-    for _ in range(DEMO.max_shears):
-        stage.shear(dx_mm=DEMO.shear_step * ball_mm, steps=2)
+    stick_shares = [1.0, 0.66, 0.33, 0.0]  # full stick, partial slip twice, gross slip
+    for _ in range(40):
+        stage.shear(dx_mm=0.02 * ball_mm, steps=2)
         truth = stage.truth()
         sticking = truth.stick.sum() / max(1, truth.contact.sum())
         if sticking > stick_shares[0]:
             continue
         stick_shares = [share for share in stick_shares if share < sticking]
         near = _around(truth.contact)
-        slips = (truth.contact & ~truth.stick)[near]
-        picture = arrows(_draw_frame(stage.frame())[near], truth.displacement_mm[near], slips=slips)
+        frame = stage.frame()
+        frame = replace(frame, pixels=frame.pixels[near], marker_mask=None)
+        slips = Outline((truth.contact & ~truth.stick)[near])
+        moved = VectorMap(truth.displacement_mm[near], None, "mm")
+        picture = draw_on_frame(frame, Overlay([slips], vectors=moved))
         force = f"shear force {truth.wrench[0]:.2f} N, normal force {truth.wrench[2]:.2f} N"
         state = f"{sticking:.0%} of the contact sticks" if sticking else "gross slip"
         figures.append(html.figure(picture, f"{force}: {state}", photo=True))
@@ -263,7 +220,7 @@ def _shear_ball(stage: VirtualStage, ball_mm: float) -> list[str]:
             break
     caption = (
         "A ball is sheared to the right until it slips. Arrows show the displacement of the gel "
-        "surface, scaled to the longest arrow of each figure; red arrows are in the slip region."
+        "surface; the slip region is outlined."
     )
     return [html.paragraph(caption), html.row(figures)]
 
@@ -272,8 +229,8 @@ def _around(contact: NDArray[np.bool_]) -> tuple[slice, slice]:
     """Section of the image around a contact, with the image's aspect ratio."""
     height, width = contact.shape
     rows, columns = np.nonzero(contact)
-    size = max(np.ptp(columns) / width, np.ptp(rows) / height, DEMO.min_contact)
-    share = min(1.0, DEMO.view_contacts * size)
+    size = max(np.ptp(columns) / width, np.ptp(rows) / height, 0.02)
+    share = min(1.0, 3.5 * size)  # the section is as wide as 3.5 contacts
     return _span(rows, share * height, height), _span(columns, share * width, width)
 
 
@@ -284,8 +241,8 @@ def _span(places: NDArray[np.int_], length: float, whole: int) -> slice:
 
 def _ball_mm(profile: Profile) -> float:
     view_mm = profile.image.width_px * profile.image.mm_per_px
-    most_mm = DEMO.ball_thicknesses * (profile.gel.thickness_mm or view_mm)
-    return round(min(DEMO.ball_widths * view_mm, most_mm), 2)
+    most_mm = 2 * (profile.gel.thickness_mm or view_mm)  # a larger ball reaches through the gel
+    return round(min(0.22 * view_mm, most_mm), 2)
 
 
 def _draw_frame(frame: Frame) -> NDArray[np.uint8]:
@@ -308,7 +265,6 @@ def demonstrate_rigs(
     profiles : sequence of Profile
     progress : Progress
     processes : int
-        1 stays in this process.
 
     Returns
     -------
@@ -320,36 +276,22 @@ def demonstrate_rigs(
     TactileError
         Of the first rig that cannot be demonstrated.
     """
-    shares = [profiles[first::processes] for first in range(min(processes, len(profiles)))]
-    found: list[list[Demonstration]] = [[] for _ in shares]
     progress.stage(f"calibrating and measuring {len(profiles)} virtual sensors", 1.0)
-    done = 0
-    with ExitStack() as processes_left:
-        sources = [_stages(share, processes_left, alone=len(shares) == 1) for share in shares]
-        # shares take about equally long, so hardly any process waits until it is read
-        for answers in zip_longest(*sources):
-            for result, results in zip(answers, found, strict=True):
-                if result is not None:
-                    results.append(result)
-            done += len(answers)
-            progress.fraction(min(1.0, done / (STAGES * len(profiles))))
-    return [found[number % len(shares)][number // len(shares)] for number in range(len(profiles))]
+    with Workers(min(processes, len(profiles)), _demonstrations) as crew:
+        tasks = [crew.submit(partial(_ask, profile)) for profile in profiles]
+        for count, task in enumerate(as_completed(tasks), 1):
+            task.result()
+            progress.fraction(count / len(tasks))
+    return [task.result() for task in tasks]
 
 
-def _stages(
-    profiles: Sequence[Profile], processes: ExitStack, *, alone: bool
-) -> Generator[Demonstration | None, None, None]:
-    """Start a process, unless there is only one, and return what its stages yield."""
-    if alone:
-        return _demonstrations(profiles)
-    process = processes.enter_context(WorkerProcess(_demonstrations, profiles))
-    stages = STAGES * len(profiles)
-    for _ in range(stages - 1):
-        process.send(None)  # at once: the process does not wait for this one between stages
-    return (process.receive() for _ in range(stages))
+def _ask(profile: Profile, worker: WorkerProcess) -> Demonstration:
+    answer: Demonstration = worker.ask(profile)
+    return answer
 
 
-def _demonstrations(profiles: Sequence[Profile]) -> Generator[Demonstration | None, None, None]:
+def _demonstrations() -> Generator[Demonstration | None, Profile, None]:
     with one_thread():
-        for profile in profiles:
-            yield from demonstration(profile, Silent())
+        profile = yield None
+        while True:
+            profile = yield demonstrate(profile)

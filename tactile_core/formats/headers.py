@@ -1,4 +1,4 @@
-"""Parses the headers of image files, to reject oversized and truncated ones before decoding.
+"""Parses the headers of image files, to reject oversized and torn ones before decoding.
 
 Supported formats: PNG, JPEG, BMP, TIFF, WebP, PGM and PPM. Pillow opens these lazily too, but
 hides the 16 bits of a colour PNG, warns about large images, and finds truncation only by decoding.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import struct
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
@@ -32,20 +31,12 @@ _SOS = 0xDA  # JPEG marker before the compressed data ("start of scan")
 _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))")
 """Header of a PGM or PPM, with comments: width and height."""
 
-_RAW_PNM = re.compile(rb"P([56])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))" + rb"\s")
-"""Header of a binary PGM or PPM: type, width, height and largest value."""
-
 # Byte order by the first bytes of a TIFF, as struct writes it.
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 
 _TIFF_TYPES = {3: "H", 4: "I"}  # Integer types of TIFF fields, as struct writes them
 
-# Bytes of one value by the type of a TIFF field.
-_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
-
-_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
-# Tags of the TIFF fields that are read.
-_TIFF_TAGS = frozenset({_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES})
+_WIDTH, _HEIGHT = 256, 257  # Tags of the TIFF fields that are read
 
 _ORIENTATION = 274  # Tag of the TIFF field that says how to turn the image
 
@@ -101,26 +92,16 @@ def kind_of(data: bytes) -> str | None:
     return next((kind for start, kind in starts.items() if data.startswith(start)), None)
 
 
-def is_complete(data: bytes) -> bool:
-    """Whether a file is complete and, where the format has checksums, undamaged."""
-    try:
-        if data.startswith(_PNG):
-            return _complete_png(memoryview(data))
-        if data.startswith(_JPEG):
-            scan = next((at for marker, at in _jpeg_segments(data) if marker == _SOS), None)
-            # compressed data cannot contain an end marker: a zero byte follows each 0xFF in it
-            return scan is not None and data.find(b"\xff\xd9", scan) >= 0
-        if data.startswith(b"BM"):
-            return len(data) >= int.from_bytes(data[2:6], "little")
-        if data.startswith(b"RIFF"):
-            return len(data) >= 8 + int.from_bytes(data[4:8], "little")
-        if data[:4] in _TIFF_ORDERS:
-            return _complete_tiff(data)
-        if data.startswith((b"P5", b"P6")):
-            return _complete_pnm(data)
-    except struct.error:
+def is_torn(data: bytes) -> bool:
+    """Whether the end of a JPEG is missing, which decoders fill in with grey.
+
+    Of every other format, OpenCV decodes nothing that is truncated.
+    """
+    if not data.startswith(_JPEG):
         return False
-    return True
+    scan = next((at for marker, at in _jpeg_segments(data) if marker == _SOS), None)
+    # compressed data cannot contain an end marker: a zero byte follows each 0xFF in it
+    return scan is None or data.find(b"\xff\xd9", scan) < 0
 
 
 def _png(data: bytes) -> Header | None:
@@ -140,17 +121,6 @@ def _png_chunks(data: memoryview) -> Iterator[tuple[bytes, int, int]]:
         end = at + 8 + int.from_bytes(data[at : at + 4], "big")
         yield bytes(data[at + 4 : at + 8]), at, end
         at = end + 4
-
-
-def _complete_png(data: memoryview) -> bool:
-    for name, at, end in _png_chunks(data):
-        if end + 4 > len(data) or zlib.crc32(data[at + 4 : end]) != int.from_bytes(
-            data[end : end + 4], "big"
-        ):
-            return False
-        if name == b"IEND":
-            return True
-    return False
 
 
 def _jpeg(data: bytes) -> Header | None:
@@ -189,30 +159,12 @@ def _webp(data: bytes) -> Header | None:
     return None
 
 
-def _complete_pnm(data: bytes) -> bool:
-    found = _RAW_PNM.match(data[:4096])
-    if found is None:
-        return False
-    width, height, largest = (int(found[group]) for group in (2, 3, 4))
-    samples = width * height * (3 if found[1] == b"6" else 1)
-    return len(data) - found.end() >= samples * (2 if largest > 255 else 1)
-
-
 def _tiff(data: bytes) -> Header | None:
     fields, following = _tiff_fields(data)
     width, height = fields.get(_WIDTH), fields.get(_HEIGHT)
     if not width or not height:
         return None
     return Header(width[0], height[0], frames=2 if following else 1)
-
-
-def _complete_tiff(data: bytes) -> bool:
-    fields, _ = _tiff_fields(data)
-    ends = []
-    for places, counts in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
-        pairs = zip(fields.get(places, ()), fields.get(counts, ()), strict=False)
-        ends += [place + count for place, count in pairs]
-    return bool(ends) and max(*ends, *_tiff_value_ends(data), 0) <= len(data)
 
 
 def without_orientation(data: bytes) -> bytes:
@@ -235,23 +187,13 @@ def _tiff_entries(data: bytes) -> range:
     return range(at + 2, at + 2 + 12 * count, 12)
 
 
-def _tiff_value_ends(data: bytes) -> Iterator[int]:
-    """Yield the end of each field's values that are stored apart from it."""
-    order = _TIFF_ORDERS[data[:4]]
-    for entry in _tiff_entries(data):
-        _, kind, length, place = struct.unpack_from(f"{order}HHII", data, entry)
-        size = length * _TIFF_SIZES.get(kind, 0)
-        if size > 4:
-            yield place + size
-
-
 def _tiff_fields(data: bytes) -> tuple[dict[int, tuple[int, ...]], int]:
     """Return the integer fields of the first image by tag, and the offset of the next image."""
     order, entries = _TIFF_ORDERS[data[:4]], _tiff_entries(data)
     fields: dict[int, tuple[int, ...]] = {}
     for entry in entries:
         tag, kind, length = struct.unpack_from(f"{order}HHI", data, entry)
-        if tag not in _TIFF_TAGS - fields.keys() or kind not in _TIFF_TYPES:
+        if tag not in {_WIDTH, _HEIGHT} - fields.keys() or kind not in _TIFF_TYPES:
             continue
         if 2 * length > len(data):
             raise struct.error("more values than the file has room for")

@@ -19,7 +19,7 @@ from tactile_core.formats.headers import (
     MAX_PIXELS,
     Header,
     header,
-    is_complete,
+    is_torn,
     without_orientation,
 )
 
@@ -35,6 +35,10 @@ _HEADER_BYTES = 1 << 16  # Bytes that are read to find the header; metadata can 
 
 # Held while stderr is redirected: it belongs to the whole process, and cameras read in threads.
 _STDERR = Lock()
+
+
+class UnfinishedImage(InputError):
+    """The content is no image, or the rest of it is missing or damaged."""
 
 
 @dataclass(frozen=True)
@@ -128,16 +132,15 @@ def decode_image(data: bytes, name: str) -> NDArray[Any]:
     """
     # checked before decoding, which may exhaust memory, print to stderr or fill gaps with grey
     found = header(data)
-    if found is not None:
-        _check(name, found)
-    if not is_complete(data):
-        raise InputError(f"{name} is truncated or damaged; copy or record it again")
-    pixels = None if found is None else _decode(data)
-    if found is None or pixels is None:
-        raise InputError(
+    if found is None:
+        raise UnfinishedImage(
             f"{name} is not a readable image, whatever its extension; save it as PNG, JPEG, BMP, "
             f"TIFF, WebP, PGM or PPM"
         )
+    _check(name, found)
+    pixels = None if is_torn(data) else _decode(data)
+    if pixels is None:
+        raise UnfinishedImage(f"{name} is truncated or damaged; copy or record it again")
     if pixels.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{name} contains {pixels.dtype} values; save it with 8 or 16 bits")
     if pixels.ndim == 3 and (pixels.shape[2] < 3 or found.channels == 1):

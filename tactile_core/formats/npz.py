@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.images import read_image, write_png
+from tactile_core.formats.images import write_png
 from tactile_core.formats.text import printable
 from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
@@ -124,8 +124,6 @@ def _first_line(error: Exception) -> str:
 
 _TOP = 65535  # Largest 16-bit value
 
-_MIN_LENGTH = 0.5  # A shorter vector is not a unit normal
-
 
 def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
     """Write unit normals.
@@ -145,29 +143,6 @@ def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
     """
     codes = np.rint((np.clip(normals, -1, 1) + 1) * (_TOP / 2)).astype(np.uint16)
     write_png(path, codes)
-
-
-def read_normals(path: Path) -> NDArray[np.float32]:
-    """Read unit normals, accurate to 2e-5.
-
-    Returns
-    -------
-    (H, W, 3) float32
-        Normalised to length 1.
-
-    Raises
-    ------
-    InputError
-        The file is not a 16-bit RGB image, or its values are not unit normals.
-    """
-    codes = read_image(path)
-    if codes.ndim != 3 or codes.dtype != np.uint16:
-        raise InputError(f"{path} is not a 16-bit RGB image, so it contains no normals")
-    normals = codes.astype(np.float32) * np.float32(2 / _TOP) - 1
-    length = np.linalg.norm(normals, axis=2, keepdims=True)
-    if length.min() < _MIN_LENGTH:
-        raise InputError(f"{path} contains values that are not unit normals")
-    return np.asarray(normals / length, np.float32)
 
 
 DESCRIPTION = "quantities"  # Name of the array that describes the others: JSON as UTF-8 bytes

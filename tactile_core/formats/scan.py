@@ -5,10 +5,9 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
@@ -23,13 +22,10 @@ _MIN_MM_PER_PX, _MAX_MM_PER_PX = 1e-6, 100.0  # Limits of the size of a pixel on
 
 _MAX_PX = 100_000  # Largest coordinate or size of a crop, px
 
-# Keys that have an attribute of their own in Scan.
-_READ_KEYS = frozenset({"images", "guid", "mmperpixel", "crop", "calib", "annotations", "metadata"})
-
 
 @dataclass(frozen=True)
 class Scan:
-    """Content of a ``scan.yaml``.
+    """What is used of a ``scan.yaml``.
 
     Attributes
     ----------
@@ -39,23 +35,11 @@ class Scan:
         None if unknown: the file has 0 or no such key.
     crop : (x, y, width, height) or None
         In the camera's pixels. None if unknown: the file has only zeros or no such key.
-    guid, calib : str
-    annotations : tuple of mapping
-        Hand-drawn shapes, in px; e.g. ``type: GridCircle`` with ``x, y, r``.
-    gel_id : str
-        ``metadata.gelid``.
-    extra : mapping
-        All other keys, unchanged.
     """
 
     images: tuple[str, ...]
     mm_per_px: float | None = None
     crop: Crop | None = None
-    guid: str = ""
-    calib: str = ""
-    annotations: tuple[Mapping[str, Any], ...] = ()
-    gel_id: str = ""
-    extra: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_scan(path: Path) -> Scan:
@@ -78,20 +62,8 @@ def read_scan(path: Path) -> Scan:
             f"{path}: images must be in the scan's folder, but {shorten_repr(outside)} is outside "
             f"it; move the file there"
         )
-    annotations = content.get("annotations") or []
-    if not isinstance(annotations, list) or not all(isinstance(a, dict) for a in annotations):
-        raise InputError(f"{path}: 'annotations' must be a list of mappings")
-    metadata = content.get("metadata") or {}
-    return Scan(
-        images=tuple(images),
-        mm_per_px=_scale(content.get("mmperpixel"), path),
-        crop=_crop(content.get("crop"), path),
-        guid=str(content.get("guid") or ""),
-        calib=str(content.get("calib") or ""),
-        annotations=tuple(annotations),
-        gel_id=str(metadata.get("gelid") or "") if isinstance(metadata, dict) else "",
-        extra={key: value for key, value in content.items() if key not in _READ_KEYS},
-    )
+    scale, crop = _scale(content.get("mmperpixel"), path), _crop(content.get("crop"), path)
+    return Scan(tuple(images), scale, crop)
 
 
 def _leaves(image: str) -> bool:

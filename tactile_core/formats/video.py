@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
-from tactile_core.formats.headers import MAX_PIXELS, is_complete
+from tactile_core.formats.headers import MAX_PIXELS, is_torn
 from tactile_core.formats.images import ImageKind
 
 # Extensions of the video files, all of which FFmpeg reads.
@@ -218,7 +218,7 @@ class MjpegParser:
             end = length
         elif boundary >= 0:
             end = boundary
-        elif length is None and self._buffer.startswith(_JPEG) and is_complete(self._buffer):
+        elif length is None and self._buffer.startswith(_JPEG) and not is_torn(self._buffer):
             end = self._buffer.rfind(_JPEG_END) + 2  # half of the next boundary may follow already
         elif len(self._buffer) > MAX_PART_BYTES:
             end = len(self._buffer)

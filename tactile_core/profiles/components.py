@@ -101,11 +101,6 @@ def check_components(source: Source) -> Checked:
     return Checked(tuple(problems), settings)
 
 
-def validate_components(source: Source) -> list[Problem]:
-    """Return the mistakes in the components of a profile; see :func:`check_components`."""
-    return list(check_components(source).problems)
-
-
 def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
     """Yield a problem for each NaN or infinite option, even if the component's model allows it."""
     if isinstance(node.value, float) and not math.isfinite(node.value):

@@ -12,14 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry, Size
-from tactile_core.errors import CalibrationError, InputError
-from tactile_core.formats.catalog import find_catalog
+from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.formats.text import shorten_repr
-from tactile_core.interfaces.calibrator import Progress
-from tactile_core.pipeline.playback import images_per_observation, read_frames
+from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import (
     find_profile,
@@ -36,10 +33,8 @@ from tactile_core.recordings.recording import open_recording
 from tactile_core.scaffold.markers import (
     FoundMarkers,
     PictureFinding,
-    find_lights,
     find_markers,
     markers_finding,
-    unmeasured_lights,
 )
 from tactile_core.scaffold.profile import NewProfile, render_profile, unseen_note
 from tactile_core.scaffold.scale import (
@@ -81,10 +76,7 @@ def new_profile(
     out: Path | None = None,
     scale: str | None = None,
     scale_image: Path | None = None,
-    presses: Path | None = None,
-    ball_diameter_mm: float | None = None,
     ask: Ask | None = None,
-    progress: Progress | None = None,
 ) -> NewProfile:
     """Make a minimal profile of a sensor from an image of it.
 
@@ -105,14 +97,8 @@ def new_profile(
         camera's image; or the YAML of a ball grid. A rectangle also rectifies the perspective.
     scale_image : Path, optional
         A recording of the same camera that shows the grid, or both imprints.
-    presses : Path, optional
-        A recording of a ball at different positions, or of the target, from which the direction of
-        each light is estimated.
-    ball_diameter_mm : float, optional
-        Required with presses unless a target is given.
     ask : callable, optional
         Called for the scale if no input determines it.
-    progress : Progress, optional
 
     Returns
     -------
@@ -121,8 +107,7 @@ def new_profile(
     Raises
     ------
     InputError, ProfileError
-        An input cannot be used, or two inputs give different scales. Presses without a usable one
-        are only noted.
+        An input cannot be used, or two inputs give different scales.
     """
     check_name(name)
     method = None if scale is None else ScaleMethod.parse(scale)
@@ -130,19 +115,6 @@ def new_profile(
         raise InputError(f"--scale {scale} needs --scale-image, a picture that shows it")
     if scale_image is not None and (method is None or not method.needs_image):
         raise InputError("--scale-image is for --scale grid:2, calliper:10 or balls:6 alone")
-    target = None if method is None else method.target
-    if (
-        presses is not None
-        and ball_diameter_mm is None
-        and target is None
-        and find_catalog(presses) is None
-    ):
-        raise InputError(
-            "the diameter of the ball in --presses is missing; give --ball-diameter-mm "
-            "(or --scale with the YAML of a ball grid)"
-        )
-    if presses is None and ball_diameter_mm is not None:
-        raise InputError("--ball-diameter-mm is that of the ball in --presses; give both")
     base = load_profile(parent)
     picture = _Picture.first_of(image, base)
     camera = picture.size_px
@@ -176,30 +148,12 @@ def new_profile(
     if printed is not None:
         found.append(printed)
     found += _any_camera(base)
-    tried = _overlaid(parent, found)
-    if presses is not None:
-        try:
-            found += find_lights(
-                tried,
-                base.name,
-                presses,
-                average(list(read_frames(tried, image))),
-                ball_diameter_mm=ball_diameter_mm,
-                target=target,
-                progress=progress,
-            )
-        except CalibrationError as error:
-            found.append(unmeasured_lights(base.name, error))
+    _refuse_impossible(parent, found)
     extends = _extends(parent, out)
     text = render_profile(name, extends, base, picture.name, found)
     notes = tuple(finding.comment for finding in found if finding.noted)
-    given = {
-        "--image": image,
-        "--presses": presses,
-        "--scale": target,
-        "--scale-image": scale_image,
-    }
-    inputs = _inputs(parent, given)
+    target = None if method is None else method.target
+    inputs = _inputs(parent, {"--image": image, "--scale": target, "--scale-image": scale_image})
     return NewProfile(
         name, text, (*notes, unseen_note(base)), extends, _own_files(parent, extends), inputs
     )
@@ -281,12 +235,12 @@ def _ask_scale(ask: Ask, markers: FoundMarkers | None) -> ScaleMethod | None:
     return ScaleMethod.parse(answer if markers is None else f"markers:{answer}")
 
 
-def _overlaid(parent: str | Path, findings: list[PictureFinding]) -> Profile:
-    """Return the parent profile with the findings applied."""
+def _refuse_impossible(parent: str | Path, findings: list[PictureFinding]) -> None:
+    """Raise a ProfileError if the parent does not load with these findings."""
     overlay: dict[str, dict[str, Any]] = {}
     for finding in findings:
         overlay.setdefault(finding.section, {}).update(finding.values)
-    return load_profile(parent, overrides=overlay)
+    load_profile(parent, overrides=overlay)
 
 
 def _extends(parent: str | Path, out: Path | None) -> str:

@@ -132,8 +132,7 @@ def render_profile(
     ]
     for section, unseen in _unseen(parent).items():
         lines += _section(section, findings, unseen, parent.name)
-    for section in ("camera", "illumination"):
-        lines += _section(section, findings, {}, parent.name)
+    lines += _section("camera", findings, {}, parent.name)
     return "\n".join(lines) + "\n"
 
 
@@ -178,8 +177,6 @@ def _section(
 def _entry(key: str, value: Any) -> list[str]:
     if isinstance(value, Mapping) and any(isinstance(v, list) for v in value.values()):
         return [f"{key}:", *(f"  {k}: {_flow(v)}" for k, v in value.items())]
-    if isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
-        return [f"{key}:", *(f"  - {_flow(item)}" for item in value)]
     return [f"{key}: {_flow(value)}"]
 
 

@@ -18,21 +18,6 @@ from tactile_core.quantities import Pixels
 from tactile_core.scaffold.markers import PictureFinding
 from tactile_core.scaffold.scale import ScaleMethod
 
-
-class PICTURE_VIEW:
-    """Parameters of finding the view. Nothing sets them: options give crop and corners instead."""
-
-    # [ratio] Width of the narrow end of the lit area over that of the wide end. Below it, the
-    # camera counts as tilted.
-    least_taper = 0.88
-    # [share of a factor] The image is downscaled by a whole factor n if it is more than n −
-    # ``shrink_margin`` times as wide as the parent's.
-    shrink_margin = 0.25
-    # [px] Smallest side of a rectified rectangle. Source: by hand, smaller ones are mistakes in
-    # ``--scale``.
-    least_side_px = 8
-
-
 _DEFAULTS: Mapping[str, Any] = {
     "crop": None,
     "flip": "none",
@@ -128,7 +113,7 @@ def _rectify_view(parent: Profile, recorded: Crop | None, rectangle: ScaleMethod
     long_px = max(sides[0], sides[2], (sides[1] + sides[3]) / 2 * width_mm / height_mm)
     width = round(long_px / _shrink(long_px, parent.image.width_px))
     height = round(width * height_mm / width_mm)
-    if min(width, height) < PICTURE_VIEW.least_side_px:
+    if min(width, height) < 8:  # px; smaller ones are mistakes in --scale
         raise InputError(
             f"the rectangle of --scale is {width} × {height} px; give a larger one, with its "
             f"corners in the order top left, top right, bottom right, bottom left"
@@ -199,7 +184,7 @@ def _crop(pixels: Pixels, parent: Profile, name: str, recorded: Crop | None) -> 
             f"[x, y, width, height] of the lit gel in {name}; its surroundings are darker than a "
             f"fifth of it. 'crop: null' measures the entire image."
         )
-        tilted = lit.taper < PICTURE_VIEW.least_taper
+        tilted = lit.taper < 0.88  # narrow over wide end
         if tilted:
             text += (
                 " The gel is wider at one end, so the camera is tilted: give the four corners of a "
@@ -234,7 +219,7 @@ def _size(camera: Size, parent: Profile, name: str, dropped: Mapping[str, Any]) 
 
 def _shrink(width_px: float, parents_px: int) -> int:
     """Return the factor of downscaling to about the parent's width: 2 from a ratio of 1.75 on."""
-    return max(1, int(width_px / parents_px + PICTURE_VIEW.shrink_margin))
+    return max(1, int(width_px / parents_px + 0.25))
 
 
 def _reset(parent: Profile, keys: tuple[str, ...]) -> dict[str, Any]:

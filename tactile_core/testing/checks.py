@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
@@ -12,13 +12,12 @@ import pytest
 from tactile_core.interfaces.camera import Camera
 from tactile_core.quantities import Quantity
 from tactile_core.testing.differences import CannotCheck, Fault
-from tactile_core.testing.registered import Registered
+from tactile_core.testing.registered import Registered, SubjectKind
 
 if TYPE_CHECKING:
     from tactile_core.testing.virtual_presses import VirtualPress
 
 F = TypeVar("F", bound=Callable[..., None])
-Subjects = Callable[[Registered], Sequence[object]]
 
 PREFIX = "test_"  # Prefix of check methods; the rest of the method's name is the name of the check
 
@@ -55,8 +54,8 @@ class Suite:
         return {}
 
 
-def check(subjects: Subjects | None = None) -> Callable[[F], F]:
-    """Make a method a check, repeated for each subject: ``@check(Registered.cameras)``."""
+def check(*kinds: SubjectKind) -> Callable[[F], F]:
+    """Make a method a check, repeated for each subject of some kinds: ``@check("camera")``."""
 
     def made(method: F) -> F:
         name = method.__name__.removeprefix(PREFIX)
@@ -86,7 +85,7 @@ def check(subjects: Subjects | None = None) -> Callable[[F], F]:
                     pytrace=False,
                 )
 
-        checked.__dict__["subjects"] = subjects
+        checked.__dict__["kinds"] = kinds
         return cast(F, checked)
 
     return made
@@ -105,8 +104,8 @@ def subjects_of(
     method: Callable[..., None], registered: Registered
 ) -> tuple[str, list[object]] | None:
     """Return a check's argument and its subjects; None for a check of the whole plugin."""
-    subjects: Subjects | None = getattr(method, "subjects", None)
-    if subjects is None:
+    kinds: tuple[SubjectKind, ...] = getattr(method, "kinds", ())
+    if not kinds:
         return None
     argument = list(inspect.signature(method).parameters)[-1]
-    return argument, list(subjects(registered))
+    return argument, registered.subjects(*kinds)

@@ -9,27 +9,29 @@ from typing import Any, get_args
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from tactile_core import __version__
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.device import Device
-from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins.entry_points import installed_offers, normalize_name
+from tactile_core.plugins.plugin import KINDS, ComponentKind
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.calibrations import CalibrationChecks
 from tactile_core.testing.cameras import CameraChecks
 from tactile_core.testing.checks import PREFIX, Suite, check, checks_of, subjects_of
 from tactile_core.testing.devices import DeviceChecks, SinkChecks
-from tactile_core.testing.differences import CannotCheck, Fault
+from tactile_core.testing.differences import Fault, report, report_errors
 from tactile_core.testing.estimators import EstimatorChecks
 from tactile_core.testing.illuminations import IlluminationChecks, LightDriverChecks
 from tactile_core.testing.imports import Footprint, ImportChecks
 from tactile_core.testing.profiles import ProfileChecks
-from tactile_core.testing.registered import Part, Registered
+from tactile_core.testing.registered import Part
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")  # Valid names of plugins in profiles
 
 _UNKNOWN = "no_such_option"  # Name of an option that no component has
+
+
+# Kinds of components that are constructed from options.
+CONSTRUCTIBLE: tuple[ComponentKind, ...] = tuple(kind for kind in KINDS if kind != "artefact")
 
 
 class RegistrationChecks(Suite):
@@ -37,126 +39,77 @@ class RegistrationChecks(Suite):
 
     @check()
     def test_registration(self) -> None:
-        """The plugin can be imported, its hooks are valid, and it registers something."""
-        if len(self._claimants()) > 1:
-            raise CannotCheck("see the check 'collision'")
+        """The plugin can be imported, no other has its name, and it registers something."""
         try:
             problems = find_plugin(self.plugin).report(import_components=False).problems
         except PluginError as error:
             problems = (str(error),)
-        if problems:
-            raise Fault(
-                f"plugin {self.plugin!r}",
-                "; ".join(problems),
-                why="profiles can name only registered components",
-                do="see hookspecs.py: a hook takes no arguments and returns {name: "
-                "'module:Class'}; tactile_profiles returns an existing folder",
-            )
-
-    @check()
-    def test_collision(self) -> None:
-        """No other installed distribution offers a plugin of this name."""
-        claimants = self._claimants()
-        if len(claimants) > 1:
-            origins = [f"{name} {version}" for name, version in claimants.items()]
-            raise Fault(
-                f"plugin {self.plugin!r}",
-                f"it is offered by {' and by '.join(sorted(origins))}",
-                why="the core refuses both, because a profile could mean either",
-                do="uninstall one of them, or rename your entry point",
-            )
-
-    @check()
-    def test_names(self) -> None:
-        """The plugin's name is valid in a profile."""
         if not _NAME.fullmatch(self.plugin):
-            raise Fault(
-                f"plugin {self.plugin!r}",
-                "its name is not valid in front of the dot of 'use: plugin.name'",
-                why="no profile can name its components",
-                do="use letters, digits, '_' and '-' in the entry point's name, a letter first",
-            )
+            problems = (*problems, "its name is not valid in front of the dot of 'use:'")
+        report(
+            f"plugin {self.plugin!r}",
+            "; ".join(problems),
+            why="profiles can name only registered components",
+            do="see hookspecs.py: a hook takes no arguments and returns {name: "
+            "'module:Class'}; tactile_profiles returns an existing folder",
+        )
 
-    @check(Registered.parts)
+    @check(*KINDS)
     def test_components(self, part: Part) -> None:
         """Each name refers to a class that implements the interface of its hook."""
-        try:
+        with report_errors(
+            part,
+            "it cannot be used",
+            why="profiles that use it fail",
+            do="correct the hook's 'module:Class', or the class",
+        ):
             resolve(part.kind, part.use)
-        except PluginError as error:
-            raise Fault(
-                part,
-                str(error),
-                why="profiles that use it fail",
-                do="correct the hook's 'module:Class', or the class",
-            ) from error
 
-    @check(Registered.constructible)
+    @check(*CONSTRUCTIBLE)
     def test_options(self, part: Part) -> None:
         """Options are frozen, refuse unknown keys, and each has a description."""
-        options = self.registered.class_of(part).Options
-        for model in _models(options):
-            self._check_options(part, model)
+        for model in _models(self.registered.class_of(part).Options):
+            report(
+                f"{part}: {model.__name__}",
+                _fault_of_options(model),
+                why="a misspelt or a changed option would be silently ignored, and the description "
+                "is the documentation for authors of profiles",
+                do="derive it from tactile_core.interfaces.device.Options, and write "
+                "Field(default=…, description=…); an option without default is required",
+            )
 
-    @check(Registered.constructible)
+    @check(*CONSTRUCTIBLE)
     def test_construction(self, part: Part) -> None:
         """A component can be constructed from its options; a device does not open itself then."""
         before = Footprint.take_snapshot()
-        try:
+        with report_errors(
+            part,
+            "it cannot be constructed",
+            why="no other check can run, and profiles that use it are refused",
+            do=f"set options that work here in the test class: options = {{{part.use!r}: {{…}}}}",
+        ):
             made = self.registered.make(part)
-        except CannotCheck:
-            raise
-        except Exception as error:
-            raise Fault(
-                part,
-                f"it cannot be constructed ({type(error).__name__}: {error})",
-                why="no other check can run, and profiles that use it are refused",
-                do="set options that work here in the test class: "
-                f"options = {{{part.use!r}: {{…}}}}",
-            ) from error
         left = before.find_leaks() if isinstance(made, Device) else ""
-        if left:
-            raise Fault(
-                part,
-                f"its constructor leaves {left}",
-                why="a device that is constructed but not opened is never closed",
-                do="access the hardware only in _open",
-            )
+        report(
+            part,
+            left and f"its constructor leaves {left}",
+            why="a device that is constructed but not opened is never closed",
+            do="access the hardware only in _open",
+        )
 
-    def _claimants(self) -> dict[str, str]:
-        """Return the distributions that offer a plugin of this name, with their versions."""
-        offers = [o for o in installed_offers() if (o.name, o.group) == (self.plugin, GROUP)]
-        core = {"tactile-core": __version__} if self.plugin == "core" else {}
-        return core | {normalize_name(offer.distribution): offer.version for offer in offers}
 
-    def _check_options(self, part: Part, model: type[BaseModel]) -> None:
-        where = f"{part}: {model.__name__}"
-        try:
-            model.model_validate({_UNKNOWN: 1})
-            errors: list[Any] = []
-        except ValidationError as error:
-            errors = list(error.errors())
-        if not any(e["type"] == "extra_forbidden" and e["loc"] == (_UNKNOWN,) for e in errors):
-            raise Fault(
-                where,
-                "it accepts unknown keys",
-                why="a misspelt option in a profile would be silently ignored",
-                do="derive it from tactile_core.interfaces.device.Options, or set extra='forbid'",
-            )
-        if not model.model_config.get("frozen"):
-            raise Fault(
-                where,
-                "its values can be changed after validation",
-                why="a component could work with options that differ from the profile",
-                do="derive it from tactile_core.interfaces.device.Options, or set frozen=True",
-            )
-        bare = [name for name, field in model.model_fields.items() if not field.description]
-        if bare:
-            raise Fault(
-                where,
-                f"{', '.join(bare)}: no description",
-                why="the description is the documentation for authors of profiles",
-                do="write Field(default=…, description=…); an option without default is required",
-            )
+def _fault_of_options(model: type[BaseModel]) -> str:
+    try:
+        model.model_validate({_UNKNOWN: 1})
+        errors: list[Any] = []
+    except ValidationError as error:
+        errors = list(error.errors())
+    if not any(e["type"] == "extra_forbidden" and e["loc"] == (_UNKNOWN,) for e in errors):
+        return "it accepts unknown keys"
+    if not model.model_config.get("frozen"):
+        return "its values can be changed after validation"
+    bare = [name for name, field in model.model_fields.items() if not field.description]
+    return f"{', '.join(bare)}: no description" if bare else ""
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.quantities import Quantity
+
+T = TypeVar("T")
 
 
 def difference(first: object, second: object, name: str = "result") -> str:
@@ -48,12 +52,31 @@ def copy_arrays(
     return {kind: {n: a.copy() for n, a in arrays_in(q)} for kind, q in quantities.items()}
 
 
-def writable(quantities: Mapping[type[Quantity], Quantity]) -> dict[type[Quantity], Quantity]:
-    """Copy quantities with arrays whose base is writable, like arrays from a camera."""
-    return {
+def change_of_inputs(
+    quantities: Mapping[type[Quantity], Quantity],
+    action: Callable[[dict[type[Quantity], Any]], object],
+) -> str:
+    """Return how an action changes its inputs, or "".
+
+    The inputs are copies whose arrays are writable, like those from a camera.
+    """
+    given = {
         kind: replace(quantity, **{name: array.copy() for name, array in arrays_in(quantity)})
         for kind, quantity in quantities.items()
     }
+    before = copy_arrays(given)
+    action(given)
+    return difference(before, copy_arrays(given))
+
+
+def pickling_fault(original: T, results: Callable[[T], object]) -> str:
+    """Return why an object cannot be pickled, or how the results of its copy differ, or ""."""
+    try:
+        copy = pickle.loads(pickle.dumps(original))
+    except Exception as error:
+        return f"it cannot be pickled ({describe_error(error)})"
+    differs = difference(results(original), results(copy))
+    return differs and f"its pickled copy gives other results: {differs}"
 
 
 def _array_difference(first: NDArray[Any], second: NDArray[Any], name: str) -> str:
@@ -63,6 +86,11 @@ def _array_difference(first: NDArray[Any], second: NDArray[Any], name: str) -> s
         return ""
     count = np.count_nonzero(first != second)
     return f"{count} of {first.size} values of {name} differ"
+
+
+def describe_error(error: BaseException) -> str:
+    """Return the type and the message of an error."""
+    return f"{type(error).__name__}: {error}"
 
 
 class Fault(AssertionError):
@@ -84,5 +112,33 @@ class Fault(AssertionError):
         super().__init__(f"{where}: {found}\n  Why it matters: {why}\n  What to do: {do}")
 
 
+def report(where: object, found: str, *, why: str, do: str) -> None:
+    """Raise a :class:`Fault` if something was found."""
+    if found:
+        raise Fault(where, found, why=why, do=do)
+
+
+@contextmanager
+def report_errors(where: object, found: str, *, why: str, do: str) -> Iterator[None]:
+    """Turn an error inside the block into a :class:`Fault` that begins with ``found``."""
+    try:
+        yield
+    except (CannotCheck, Fault):
+        raise
+    except Exception as error:
+        raise Fault(where, f"{found} ({describe_error(error)})", why=why, do=do) from error
+
+
 class CannotCheck(Exception):
     """A check cannot run, because its subject is missing or failed another check."""
+
+
+@contextmanager
+def depend_on(check: str) -> Iterator[None]:
+    """Turn an error inside the block, which another check reports, into :class:`CannotCheck`."""
+    try:
+        yield
+    except CannotCheck:
+        raise
+    except Exception as error:
+        raise CannotCheck(f"see the check {check!r}: {error}") from error

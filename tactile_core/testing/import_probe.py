@@ -21,15 +21,6 @@ HEAVY = (
 )  # fmt: skip
 """Packages that take 0.1 s or more to import."""
 
-_WATCHED = {  # audit events that an import must not raise, with their description
-    "os.mkdir": "makes a folder",
-    "os.remove": "removes a file",
-    "os.system": "runs a program",
-    "socket.bind": "binds a socket",
-    "socket.connect": "connects a socket",
-    "subprocess.Popen": "runs a program",
-}
-
 
 def snapshot() -> dict[str, Any]:
     """Return process state that an import must not change, by the description of a change."""
@@ -46,27 +37,6 @@ def snapshot() -> dict[str, Any]:
     }
 
 
-class ImportWatch:
-    """Records written files, started programs and opened connections."""
-
-    def __init__(self) -> None:
-        self.seen: list[str] = []
-        self.on = True
-        sys.addaudithook(self._record)
-
-    def _record(self, event: str, arguments: tuple[Any, ...]) -> None:
-        if not self.on:
-            return
-        if event in _WATCHED:
-            self.seen.append(f"{_WATCHED[event]} ({arguments[0]})")
-        elif event == "open" and _writes(*arguments[1:]) and isinstance(arguments[0], str | bytes):
-            self.seen.append(f"writes a file ({os.fsdecode(arguments[0])})")
-
-
-def _writes(mode: str | None, flags: int) -> bool:
-    return bool(flags & (os.O_WRONLY | os.O_RDWR)) or bool(set(mode or "r") & set("wax+"))
-
-
 def main(offer: str, path: str, result: str) -> None:
     """Import the module of an offer, call its hooks and write ``{"heavy": …, "effects": …}``."""
     sys.path[:] = json.loads(path)
@@ -77,18 +47,17 @@ def main(offer: str, path: str, result: str) -> None:
     from tactile_core.plugins.plugin import Plugin
 
     before, modules = snapshot(), set(sys.modules)
-    watch, error = ImportWatch(), ""
+    error = ""
     try:
         Plugin.load(Offer(**json.loads(offer))).report(import_components=False)
     except PluginError as refusal:
         error = str(refusal)
-    watch.on = False
     after = snapshot()
     new = {name.partition(".")[0] for name in set(sys.modules) - modules}
     found = {
         "error": error,
         "heavy": sorted(new & set(HEAVY)),
-        "effects": [what for what in before if before[what] != after[what]] + watch.seen,
+        "effects": [what for what in before if before[what] != after[what]],
     }
     Path(result).write_text(json.dumps(found), encoding="utf-8")
 

@@ -18,12 +18,9 @@ from typing import Any
 from tactile_core.plugins.entry_points import Offer
 from tactile_core.testing import import_probe as probe
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault
+from tactile_core.testing.differences import CannotCheck, report
 
 _LONGEST_S = 60.0  # Time limit of the import in a fresh interpreter, s
-
-# Advice for a heavy import.
-_MOVE = "import it in the module of the component that needs it, which is loaded on demand"
 
 
 @dataclass(frozen=True)
@@ -52,13 +49,12 @@ class ImportChecks(Suite):
     def test_light_import(self) -> None:
         """Loading a plugin's hooks imports no heavy package."""
         found = self._import_offer()
-        if found.heavy:
-            raise Fault(
-                f"plugin {self.plugin!r}",
-                f"its hooks' module imports {', '.join(found.heavy)}",
-                why="it slows down listing plugins and loading any of its components",
-                do=_MOVE,
-            )
+        report(
+            f"plugin {self.plugin!r}",
+            f"its hooks' module imports {', '.join(found.heavy)}" if found.heavy else "",
+            why="it slows down listing plugins and loading any of its components",
+            do="import it in the module of the component that needs it, which is loaded on demand",
+        )
 
     @check()
     def test_import_effects(self) -> None:
@@ -68,17 +64,15 @@ class ImportChecks(Suite):
             raise CannotCheck(
                 "see the check 'light_import'; such packages have effects of their own"
             )
-        effects = list(found.effects)
-        if found.output:
-            effects.append(f"prints {found.output[:60]!r}")
-        if effects:
-            raise Fault(
-                f"plugin {self.plugin!r}",
-                f"importing its hooks' module {', '.join(effects)}",
-                why="other programs import it only to list the installed plugins",
-                do="do this in the component that needs it (for a device, in _open); log to "
-                "logging.getLogger(__name__) and leave handlers to the program",
-            )
+        printed = [f"prints {found.output[:60]!r}"] if found.output else []
+        effects = ", ".join([*found.effects, *printed])
+        report(
+            f"plugin {self.plugin!r}",
+            effects and f"importing its hooks' module {effects}",
+            why="other programs import it only to list the installed plugins",
+            do="do this in the component that needs it (for a device, in _open); log to "
+            "logging.getLogger(__name__) and leave handlers to the program",
+        )
 
     def _import_offer(self) -> Imported:
         if self.registered.plugin is None:
@@ -153,6 +147,17 @@ class Footprint:
         threads = [f"the thread {thread.name!r}" for thread in now.threads - self.threads]
         files = [f"the open file {target}" for _, target in sorted(now.files - self.files)]
         return ", ".join(threads + files)
+
+
+def find_leaks(use: Callable[[], object]) -> str:
+    """Return what is left of a use, twice; what the first use acquires, libraries may keep."""
+    use()
+    for _ in range(2):
+        before = Footprint.take_snapshot()
+        use()
+        if left := before.find_leaks():
+            return left
+    return ""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ profile, and its virtual sensor is opened.
 
 from __future__ import annotations
 
-import pickle
 import re
 from collections.abc import Iterator
 from itertools import islice
@@ -15,7 +14,7 @@ import numpy as np
 
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.bundles.manifest import LIGHT, Manifest
-from tactile_core.errors import PluginError, ProfileError
+from tactile_core.errors import PluginError
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
@@ -24,8 +23,14 @@ from tactile_core.profiles.loader import list_profiles, load_profile, profile_ha
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.yaml_tree import Node, read_yaml
 from tactile_core.testing.checks import Suite, check
-from tactile_core.testing.differences import CannotCheck, Fault, difference
-from tactile_core.testing.registered import ProfileFile, Registered
+from tactile_core.testing.differences import (
+    CannotCheck,
+    depend_on,
+    pickling_fault,
+    report,
+    report_errors,
+)
+from tactile_core.testing.registered import ProfileFile
 from tactile_core.testing.virtual_presses import Rig, full_rig
 
 # Matches absolute paths except devices.
@@ -37,111 +42,91 @@ _VIRTUAL_FRAMES = 6  # Number of frames that reach from the undeformed surface i
 class ProfileChecks(Suite):
     """Validity of a profile on every machine."""
 
-    @check(Registered.profiles)
+    @check("profile")
     def test_profile(self, profile: ProfileFile) -> None:
         """It is valid: no unknown key, and every component and extended profile exists."""
-        try:
+        with report_errors(
+            profile,
+            "it is not valid",
+            why="the sensor cannot be opened",
+            do="correct the file; check it with 'tactile validate'",
+        ):
             load_profile(profile.path)
-        except ProfileError as error:
-            raise Fault(
-                profile,
-                str(error),
-                why="the sensor cannot be opened",
-                do="correct the file; check it with 'tactile validate'",
-            ) from error
 
-    @check(Registered.profiles)
+    @check("profile")
     def test_profile_name(self, profile: ProfileFile) -> None:
         """Its name equals the file's name and is unique among the profiles."""
         name = self._load_profile(profile).name
         same = [e for e in list_profiles() if e.name == profile.path.stem]
         others = [e.origin for e in same if e.path.resolve() != profile.path.resolve()]
+        found = ""
         if name != profile.path.stem:
             found = f"it is named {name!r}, but its file {profile.path.name!r}"
         elif others:
             found = f"a profile of this name already exists ({', '.join(others)})"
-        else:
-            return
-        raise Fault(
+        report(
             profile,
             found,
             why="profiles are opened by the file's name, and bundles store the profile's name",
             do="rename one of them",
         )
 
-    @check(Registered.profiles)
+    @check("profile")
     def test_profile_paths(self, profile: ProfileFile) -> None:
         """It contains no absolute path, except devices."""
-        try:
+        with depend_on("profile"):
             tree, _ = read_yaml(profile.path)
-        except ProfileError as error:
-            raise CannotCheck(f"see the check 'profile': {error}") from error
         for node in _scalars(tree):
-            if isinstance(node.value, str) and _ABSOLUTE.match(node.value):
-                raise Fault(
-                    f"{profile}:{node.place.line}",
-                    f"it contains the absolute path {node.value!r}",
-                    why="that folder exists only on one machine",
-                    do="put the file next to the profile and use a relative path",
-                )
+            absolute = isinstance(node.value, str) and _ABSOLUTE.match(node.value)
+            report(
+                f"{profile}:{node.place.line}",
+                f"it contains the absolute path {node.value!r}" if absolute else "",
+                why="that folder exists only on one machine",
+                do="put the file next to the profile and use a relative path",
+            )
 
-    @check(Registered.profiles)
+    @check("profile")
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._load_profile(profile)
         rig = full_rig(loaded)
         if rig is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
-        try:
+        with report_errors(
+            profile,
+            "its pipeline fails on a virtual press",
+            why="no recording of this sensor could be measured",
+            do="see the checks of its components, and its image section",
+        ):
             pipeline = Pipeline(loaded, _bundle(loaded, rig))
             reading = pipeline.process(rig.scenes[0].frame)
-        except Exception as error:
-            raise Fault(
-                profile,
-                f"its pipeline fails on a virtual press ({type(error).__name__}: {error})",
-                why="no recording of this sensor could be measured",
-                do="see the checks of its components, and its image section",
-            ) from error
         idle = [name for name in loaded.estimators if name not in reading.steps]
-        if idle:
-            raise Fault(
-                profile,
-                f"the steps {', '.join(idle)} do not run on a calibrated unit",
-                why="users of the sensor never receive these quantities",
-                do="add the steps that provide their inputs, or remove them",
-            )
+        report(
+            profile,
+            f"the steps {', '.join(idle)} do not run on a calibrated unit" if idle else "",
+            why="users of the sensor never receive these quantities",
+            do="add the steps that provide their inputs, or remove them",
+        )
         pipeline.reset()
-        try:
-            copy = pickle.loads(pickle.dumps(pipeline))
-        except Exception as error:
-            found = f"its pipeline cannot be pickled ({type(error).__name__}: {error})"
-        else:
-            frame = rig.scenes[1].frame
-            found = difference(pipeline.process(frame).steps, copy.process(frame).steps)
-            found = found and f"its pickled pipeline gives other results: {found}"
-        if found:
-            raise Fault(
-                profile,
-                found,
-                why="a Pipeline is pickled to run in other processes",
-                do="see the pickling checks of its components",
-            )
+        frame = rig.scenes[1].frame
+        found = pickling_fault(pipeline, lambda one: one.process(frame).steps)
+        report(
+            profile,
+            found and f"of its pipeline: {found}",
+            why="a Pipeline is pickled to run in other processes",
+            do="see the pickling checks of its components",
+        )
 
-    @check(Registered.profiles)
+    @check("profile")
     def test_virtual_sensor(self, profile: ProfileFile) -> None:
         """Its virtual sensor gives frames of the profile's size, and a press changes them."""
         self._load_profile(profile)
-        try:
+        why = "--sim runs a profile without its hardware"
+        do = "correct the lights or the gel in the profile, or override them under 'sim:'"
+        with report_errors(profile, "its virtual sensor does not run", why=why, do=do):
             virtual_profile = load_profile(profile.path, sim=True)
             with Sensor(virtual_profile, reference=FIRST).open() as sensor:
                 frames = [reading.frame for reading in islice(sensor.stream(), _VIRTUAL_FRAMES)]
-        except Exception as error:
-            raise Fault(
-                profile,
-                f"its virtual sensor does not run ({type(error).__name__}: {error})",
-                why="--sim runs a profile without its hardware",
-                do="correct the lights or the gel in the profile, or override them under 'sim:'",
-            ) from error
         image = virtual_profile.image
         sizes = {frame.pixels.shape[1::-1] for frame in frames}
         found = ""
@@ -149,19 +134,11 @@ class ProfileChecks(Suite):
             found = f"its virtual sensor gives images of {sizes}"
         elif np.array_equal(frames[0].pixels, frames[-1].pixels):
             found = "its virtual sensor gives the same image when a ball presses"
-        if found:
-            raise Fault(
-                profile,
-                found,
-                why="--sim runs a profile without its hardware",
-                do="check the camera under 'sim:' in the profile",
-            )
+        report(profile, found, why=why, do=do)
 
     def _load_profile(self, profile: ProfileFile) -> Profile:
-        try:
+        with depend_on("profile"):
             return load_profile(profile.path)
-        except ProfileError as error:
-            raise CannotCheck(f"see the check 'profile': {error}") from error
 
 
 def _bundle(profile: Profile, rig: Rig) -> Bundle:

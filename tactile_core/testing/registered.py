@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
@@ -21,12 +21,14 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.plugin import KINDS, ComponentKind, Plugin
+from tactile_core.plugins.plugin import ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.testing.differences import CannotCheck
+from tactile_core.testing.differences import CannotCheck, depend_on
 from tactile_core.testing.virtual_presses import Rig, full_rig, generic_rig, small_rig
+
+SubjectKind = ComponentKind | Literal["profile"]
 
 
 @dataclass(frozen=True)
@@ -73,54 +75,20 @@ class Registered:
         except PluginError:
             return None
 
-    def parts(self, *kinds: ComponentKind) -> list[Part]:
-        """Return the components of some kinds, or of all."""
-        found = []
-        for kind in kinds or KINDS:
-            try:
-                names = self.plugin.components(kind) if self.plugin is not None else ()
-            except PluginError:
-                continue
-            found += [Part(kind, f"{self.name}.{name}") for name in names]
+    def parts(self, kind: ComponentKind) -> list[Part]:
+        """Return the components of a kind."""
+        try:
+            names = self.plugin.components(kind) if self.plugin is not None else ()
+        except PluginError:
+            return []
+        return [Part(kind, f"{self.name}.{name}") for name in names]
+
+    def subjects(self, *kinds: SubjectKind) -> list[object]:
+        """Return the components of some kinds, or the profiles."""
+        found: list[object] = []
+        for kind in kinds:
+            found += self.profiles() if kind == "profile" else self.parts(kind)
         return found
-
-    def cameras(self) -> list[Part]:
-        """Return the plugin's cameras."""
-        return self.parts("camera")
-
-    def illuminations(self) -> list[Part]:
-        """Return the plugin's illuminations."""
-        return self.parts("illumination")
-
-    def light_drivers(self) -> list[Part]:
-        """Return the plugin's light drivers."""
-        return self.parts("light_driver")
-
-    def devices(self) -> list[Part]:
-        """Return the plugin's cameras and light drivers."""
-        return self.parts("camera", "light_driver")
-
-    def calibrators(self) -> list[Part]:
-        """Return the plugin's calibrators."""
-        return self.parts("calibrator")
-
-    def artefacts(self) -> list[Part]:
-        """Return the plugin's artefacts: fitted models and other parts of bundles."""
-        return self.parts("artefact")
-
-    def estimators(self) -> list[Part]:
-        """Return the plugin's estimators."""
-        return self.parts("estimator")
-
-    def sinks(self) -> list[Part]:
-        """Return the plugin's sinks."""
-        return self.parts("sink")
-
-    def constructible(self) -> list[Part]:
-        """Return the components that are constructed from options."""
-        return self.parts(
-            "camera", "illumination", "light_driver", "calibrator", "estimator", "sink"
-        )
 
     def profiles(self) -> list[ProfileFile]:
         """Return the plugin's profiles, and the shipped ones that use it."""
@@ -155,10 +123,8 @@ class Registered:
         CannotCheck
             It cannot be imported.
         """
-        try:
+        with depend_on("components"):
             return resolve(part.kind, part.use)
-        except PluginError as error:
-            raise CannotCheck(f"see the check 'components': {error}") from error
 
     def options(self, part: Part) -> BaseModel:
         """Return the options for testing a component; raises pydantic's error if invalid."""
@@ -182,12 +148,8 @@ class Registered:
         CannotCheck
             Its construction fails.
         """
-        try:
+        with depend_on("construction"):
             return self.make(part)
-        except CannotCheck:
-            raise
-        except Exception as error:
-            raise CannotCheck(f"see the check 'construction': {error}") from error
 
     def device(self, part: Part) -> Device:
         """Construct a device; a light driver is attached to its profile's camera.
@@ -199,10 +161,8 @@ class Registered:
         """
         device: Device = self.make_or_skip(part)
         if isinstance(device, LightDriver) and (camera := self._companion(part)) is not None:
-            try:
+            with depend_on("opening"):
                 device.attach(camera)
-            except Exception as error:
-                raise CannotCheck(f"attaching its profile's camera fails: {error}") from error
         return device
 
     def exposures(self, part: Part) -> Sequence[Exposure]:
@@ -262,7 +222,7 @@ class Registered:
         """Return the camera of a profile that uses this light driver, if it is the plugin's."""
         for profile in self.valid_profiles:
             camera = Part("camera", profile.camera.use)
-            if _uses(profile, part) and camera in self.cameras():
+            if _uses(profile, part) and camera in self.parts("camera"):
                 made: Camera = self.make_or_skip(camera)
                 return made
         return None

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from tactile_core.formats.files import plain_text
 from tactile_core.quantities import Frame
 from tactile_core.quantities.fields import Layer
-from tactile_core.views.pictures import picture_of, points_on_frame
+from tactile_core.views.maps import Overlay
+from tactile_core.views.pictures import draw_on_frame, picture_of
 
 _STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;
@@ -97,7 +98,7 @@ def notebook_html(
     """
     picture = picture_of(frame, layers)
     if picture is None:
-        picture = points_on_frame(frame, ())
+        picture = draw_on_frame(frame, Overlay())
     rows = list(_rows(line, ""))
     return "".join(
         [

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
 from tactile_core.views.shading import (
-    SHEET,
+    MIN_SIDE_PX,
     Rgb,
     colours,
     diverging_colours,
@@ -210,7 +210,7 @@ def deviation(measured: Surface, truth: Surface, *, most_mm: float, title: str =
 
 def _enlarge_values(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
     h, w = values.shape
-    scale = max(1.0, SHEET.min_side_px / max(h, w))
+    scale = max(1.0, MIN_SIDE_PX / max(h, w))
     if scale == 1.0:
         return values, scale
     size = (max(1, round(w * scale)), max(1, round(h * scale)))

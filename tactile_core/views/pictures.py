@@ -17,9 +17,7 @@ from tactile_core.quantities.fields import (
     VectorMap,
 )
 from tactile_core.views.maps import Overlay, colour_field, join_texts, magnitude, relief
-from tactile_core.views.shading import SHEET, Rgb, blank, text_size, write
-
-_CONTRAST = 0.55  # Contrast of a frame under points, relative to the original
+from tactile_core.views.shading import FOOTER, GAP, MIN_SIDE_PX, Rgb, blank, text_size, write
 
 
 def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb | None:
@@ -57,18 +55,18 @@ def picture_of(frame: Frame, layers: Sequence[Layer], *, title: str = "") -> Rgb
     if len(sheets) > 1:
         return side_by_side([sheet for _, sheet in sheets], [name for name, _ in sheets])
     if not sheets and over.points:
-        return points_on_frame(frame, over.points, title=title)
+        return draw_on_frame(frame, Overlay(points=over.points), title=title)
     return sheets[0][1] if sheets else None
 
 
-def points_on_frame(frame: Frame, points: Sequence[Points], *, title: str = "") -> Rgb:
-    """Draw points and their displacements over their frame.
+def draw_on_frame(frame: Frame, over: Overlay, *, title: str = "") -> Rgb:
+    """Draw outlines, points and arrows over their frame.
 
     Parameters
     ----------
     frame : Frame
         With any number of channels.
-    points : sequence of Points
+    over : Overlay
         Unreliable points are hollow.
     title : str
         Begins the line below the picture, e.g. the name of the observation.
@@ -80,18 +78,18 @@ def points_on_frame(frame: Frame, points: Sequence[Points], *, title: str = "") 
     """
     pixels = frame.pixels[..., :3] if frame.pixels.shape[2] >= 3 else frame.pixels[..., :1]
     levels = np.clip(pixels.astype(np.float32) * (255 / frame.full_scale), 0, 255)
-    pale = np.broadcast_to(_CONTRAST * levels, (*levels.shape[:2], 3)) + 255 * (1 - _CONTRAST) / 2
+    pale = np.broadcast_to(0.55 * levels + 57, (*levels.shape[:2], 3))  # half of its contrast
     height, width = levels.shape[:2]
-    scale = max(1.0, SHEET.min_side_px / max(height, width))
+    scale = max(1.0, MIN_SIDE_PX / max(height, width))
     large = round(width * scale), round(height * scale)
     picture = np.asarray(
         cv2.resize(pale.astype(np.uint8), large, interpolation=cv2.INTER_LINEAR), np.uint8
     )
-    arrows = Overlay(points=points).draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
+    arrows = over.draw(picture, mm_per_px=frame.mm_per_px, scale=scale)
     counts = [
         f"{len(at.px) if at.reliable is None else int(at.reliable.sum())} of {len(at.px)} "
         f"{at.title} seen"
-        for at in points
+        for at in over.points
     ]
     return side_by_side([picture], [join_texts([title, *counts, arrows])])
 
@@ -112,8 +110,8 @@ def side_by_side(images: Sequence[Rgb], captions: Sequence[str]) -> Rgb:
         R, G, B.
     """
     height = max(image.shape[0] for image in images)
-    unit = max(1.0, height / SHEET.min_side_px)
-    gap, footer = round(SHEET.gap * unit), round(SHEET.footer * unit)
+    unit = max(1.0, height / MIN_SIDE_PX)
+    gap, footer = round(GAP * unit), round(FOOTER * unit)
     fitted = [_of_height(image, height) for image in images]
     widths = [
         max(image.shape[1], text_size(caption, unit)[0])

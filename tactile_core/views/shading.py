@@ -79,46 +79,10 @@ def _true_type() -> bool:
     return int(cv2.__version__.split(".")[0]) >= 5
 
 
-class SHADING:
-    """Colours of maps. They have no effect on measurements, so nothing sets them from outside.
-
-    Lightness is from 0 to 1. Lightness, chroma and hue are those of OKLab [1]_.
-
-    References
-    ----------
-    .. [1] B. Ottosson, "A perceptual color space for image processing", 2020.
-    """
-
-    # [count] Heights and brightnesses that the table of colours distinguishes. Source: 8-bit
-    # images have 256 levels; the number of shades is chosen by hand.
-    levels = 256
-    shades = 128
-    # [ratio] Direction towards the light, x right, y down and z towards the viewer; normalised
-    # before use. Source: maps are shaded from the upper left by convention; chosen by hand.
-    light = (-0.45, -0.55, 0.7)
-    shade_strength = 0.42  # [ratio] Largest change of lightness by shading
-    shaded_lightness = (0.08, 0.99)  # [ratio] Limits of the lightness after shading
-    max_exaggeration = 6.0  # [ratio] Limit of the factor by which shading exaggerates slopes
-    # [ratio] Slope to which the 99th percentile of a map's slopes is exaggerated.
-    clear_slope = 0.7
-    # [ratio, ratio and degrees] Lightness, chroma and hue of the lowest height (slate) and of the
-    # highest (ivory).
-    low = (0.47, 0.060, 268.0)
-    high = (0.93, 0.115, 90.0)
-    middle_chroma = 0.012  # [ratio] Chroma that is added halfway between the two
-    # [degrees] Hues of diverging colours: blue and red.
-    negative_hue_deg = 255.0
-    positive_hue_deg = 30.0
-    # [ratio] Lightness of diverging colours at 0, and its decrease at ±1.
-    white = 0.98
-    dark = 0.45
-    diverging_chroma = 0.17  # [ratio] Chroma of diverging colours at ±1
-
-
 def shade_heights(
     height_mm: NDArray[np.float32], mm_per_px: float, low_mm: float, high_mm: float
 ) -> Rgb:
-    """Colour a height map by its height and shade it by its slope.
+    """Colour a height map by its height and shade it by its slope, with light from the upper left.
 
     The shading exaggerates faint relief, up to six times.
 
@@ -136,23 +100,21 @@ def shade_heights(
     (H, W, 3) uint8
         R, G, B.
     """
-    level = (height_mm - low_mm) * ((SHADING.levels - 1) / (high_mm - low_mm))
     row, column = np.gradient(height_mm, mm_per_px) if min(height_mm.shape) > 1 else (0.0, 0.0)
-    light = np.array(SHADING.light) / np.linalg.norm(SHADING.light)
+    light = np.array([-0.45, -0.55, 0.7]) / np.linalg.norm([-0.45, -0.55, 0.7])
     slope = np.hypot(row, column)
     steep = float(np.percentile(slope[::3, ::3], 99)) if np.ndim(slope) else 0.0
-    factor = np.clip(SHADING.clear_slope / max(steep, 1e-9), 1.0, SHADING.max_exaggeration)
+    factor = np.clip(0.7 / max(steep, 1e-9), 1.0, 6.0)  # to slopes of 0.7, which show clearly
     facing = light[2] - factor * (light[0] * column + light[1] * row)
     shade = facing / np.sqrt(1 + (factor * slope) ** 2) - light[2]
-    table = _table()
-    rows = np.clip(level, 0, SHADING.levels - 1).astype(np.intp)
-    columns = np.clip((shade + 1) * (SHADING.shades / 2), 0, SHADING.shades - 1).astype(np.intp)
-    return np.asarray(table[rows, columns])
+    flat = sequential_colours((height_mm - np.float32(low_mm)) / np.float32(high_mm - low_mm))
+    brightness = np.float32(1) + np.asarray(shade, np.float32)[..., None]
+    return np.clip(flat * brightness, 0, 255).astype(np.uint8)
 
 
 def colours(count: int) -> Rgb:
     """Return (count, 3) uint8 unshaded colours from the lowest to the highest height."""
-    return _to_srgb(*_path(np.linspace(0, 1, count)))
+    return sequential_colours(np.linspace(0, 1, count, dtype=np.float32))
 
 
 def sequential_colours(level: NDArray[np.float32]) -> Rgb:
@@ -166,10 +128,12 @@ def sequential_colours(level: NDArray[np.float32]) -> Rgb:
     Returns
     -------
     (…, 3) uint8
-        R, G, B.
+        R, G, B; equal steps look equally large, also to the colour-blind.
     """
-    table = colours(SHADING.levels)
-    return np.asarray(table[np.rint(np.clip(level, 0, 1) * (SHADING.levels - 1)).astype(np.intp)])
+    # the darkest fifth of cividis would hide the shading
+    index = np.rint(56 + 199 * np.clip(level, 0, 1)).astype(np.uint8)
+    table = cv2.applyColorMap(np.arange(256, dtype=np.uint8), cv2.COLORMAP_CIVIDIS)
+    return np.asarray(table.reshape(256, 3)[index, ::-1])
 
 
 def diverging_colours(level: NDArray[np.float32]) -> Rgb:
@@ -183,73 +147,19 @@ def diverging_colours(level: NDArray[np.float32]) -> Rgb:
     Returns
     -------
     (…, 3) uint8
-        R, G, B; equal steps look equally large on both sides.
+        R, G, B.
     """
-    t = np.linspace(-1, 1, 2 * SHADING.levels + 1)
-    hue = np.radians(np.where(t < 0, SHADING.negative_hue_deg, SHADING.positive_hue_deg))
-    lightness = SHADING.white - SHADING.dark * np.abs(t)
-    chroma = SHADING.diverging_chroma * np.abs(t)
-    table = _to_srgb(lightness, chroma * np.cos(hue), chroma * np.sin(hue))
-    return np.asarray(table[np.rint((np.clip(level, -1, 1) + 1) * SHADING.levels).astype(np.intp)])
+    ends = ((33, 248, 178), (102, 248, 24), (172, 248, 43))  # R, G and B of −1, 0 and 1
+    return np.stack([np.interp(level, (-1, 0, 1), end) for end in ends], -1).astype(np.uint8)
 
 
-def _table() -> Rgb:
-    """Return (levels, shades, 3) colours: for each height from the darkest to the brightest."""
-    lightness, a, b = (part[:, None] for part in _path(np.linspace(0, 1, SHADING.levels)))
-    shade = np.linspace(-1, 1, SHADING.shades, endpoint=False) * SHADING.shade_strength
-    shaded_lightness = np.clip(lightness + shade, *SHADING.shaded_lightness)
-    # chroma decreases with lightness, so that a darker colour looks equally saturated
-    keep = np.minimum(shaded_lightness / lightness, 1.0)
-    return _to_srgb(shaded_lightness, a * keep, b * keep)
-
-
-def _path(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """OKLab coordinates along the colour bar; lightness increases linearly."""
-    low, high = SHADING.low, SHADING.high
-    lightness = low[0] + (high[0] - low[0]) * t
-    chroma = low[1] + (high[1] - low[1]) * t + 4 * t * (1 - t) * SHADING.middle_chroma
-    hue = np.radians(low[2] + (high[2] - low[2]) * t)
-    return lightness, chroma * np.cos(hue), chroma * np.sin(hue)
-
-
-def _to_srgb(lightness: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> Rgb:
-    """Convert OKLab to 8-bit sRGB."""
-    long = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3
-    medium = (lightness - 0.1055613458 * a - 0.0638541728 * b) ** 3
-    short = (lightness - 0.0894841775 * a - 1.2914855480 * b) ** 3
-    linear = np.stack(
-        [
-            4.0767416621 * long - 3.3077115913 * medium + 0.2309699292 * short,
-            -1.2684380046 * long + 2.6097574011 * medium - 0.3413193965 * short,
-            -0.0041960863 * long - 0.7034186147 * medium + 1.7076147010 * short,
-        ],
-        axis=-1,
-    )
-    linear = np.clip(linear, 0, 1)
-    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(255 * coded), np.uint8)
-
-
-class SHEET:
-    """Layout of sheets. It has no effect on measurements, so nothing sets it from outside.
-
-    Lengths in sheet px are px on the smallest sheet and grow with the picture.
-    """
-
-    min_side_px = 640  # [px] Longer side of the smallest picture; smaller images are enlarged
-    # [sheet px] Space on the left, above and below the picture.
-    margin = 22
-    header = 46
-    footer = 46
-    gap = 18  # [sheet px] Space between pictures and next to the colour bar
-    # [sheet px] Width of the colour bar and of its labels.
-    bar = 16
-    labels = 72
+MIN_SIDE_PX = 640  # Longer side of the smallest picture; smaller images are enlarged
+HEADER, FOOTER, GAP = 46, 46, 18  # Above, below and between pictures, px on the smallest sheet
 
 
 def unit_of(picture: Rgb) -> float:
     """Return the scale of text and lines: 1 on the smallest sheet, proportional to the picture."""
-    return int(max(picture.shape[:2])) / SHEET.min_side_px
+    return int(max(picture.shape[:2])) / MIN_SIDE_PX
 
 
 def frame_picture(
@@ -286,7 +196,7 @@ def frame_picture(
     """
     h, w = picture.shape[:2]
     size = unit_of(picture)
-    lengths = (SHEET.margin, SHEET.header, SHEET.footer, SHEET.gap, SHEET.bar, SHEET.labels)
+    lengths = (22, HEADER, FOOTER, GAP, 16, 72)  # the last are colour bar and labels
     margin, header, footer, gap, bar_width, labels = (round(part * size) for part in lengths)
     sheet = blank(header + h + footer, margin + w + gap + bar_width + labels)
     sheet[header : header + h, margin : margin + w] = picture

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.normals import read_normals
 from support.readings import ONES, SHAPE, contact, height, markers, reading, saved, shear, slopes
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
-from tactile_core.formats.npz import DESCRIPTION, read_normals, read_npz
+from tactile_core.formats.npz import DESCRIPTION, read_npz
 from tactile_core.formats.tmd import read_tmd
 from tactile_core.quantities import Gradients, HeightMap, Quantity
 from tactile_core.recordings.output_folder import WRITTEN, OutputFolder

@@ -70,8 +70,6 @@ def test_the_path_goes_to_stdout_and_messages_to_stderr(new: New, folder: Path) 
             (*MINE[1:], "--scale", "balls:6", "--scale-image", "reference.png"),
             "no two equal imprints",
         ),
-        ((*MINE[1:], "--presses", "."), "--ball-diameter-mm"),
-        ((*MINE[1:], "--ball-diameter-mm", "4"), "--presses"),
     ],
 )
 def test_unusable_input_is_refused_and_nothing_is_written(

@@ -15,7 +15,6 @@ from support.command_line import tactile
         ([], "give either --sim, or --input with --forces"),
         (["--sim", "--input", "frames"], "give either --sim, or --input with --forces"),
         (["--input", "frames"], "--input needs --forces"),
-        (["--sim", "--network", "large"], "--network is 'small' or 'vgg16'"),
         (["--sim"], "pip install 'tactile-core[train]'"),
     ],
 )

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 import tactile_core
 from tactile_core.errors import Problem, ProfileError
+from tactile_core.profiles.components import check_components
 from tactile_core.profiles.loader import (
     load_profile,
     load_source,
     profile_hash,
-    validate_components,
     validate_structure,
 )
 
@@ -198,7 +198,7 @@ def test_any_profile_is_loaded_or_rejected_with_reasons(
             value = {key: value}
         overrides |= value
     source = load_source("hex_fingertip", sim=True, overrides=overrides)
-    problems = {*source.problems, *validate_structure(source), *validate_components(source)}
+    problems = {*source.problems, *validate_structure(source), *check_components(source).problems}
     assert all(problem.message and "\n" not in problem.message for problem in problems)
     if problems:
         assert set(problems_of("hex_fingertip", sim=True, overrides=overrides)) == problems
@@ -356,7 +356,7 @@ def test_structure_and_components_are_validated_separately(tmp_path: Path) -> No
     source = load_source(write(tmp_path, "p.yaml", INVALID))
     assert {p.line for p in source.problems} == {13}
     assert {p.line for p in validate_structure(source)} == {2, 3, 5, 7, 8, 9, 10, 14}
-    assert {p.line for p in validate_components(source)} == {15, 16, 17}
+    assert {p.line for p in check_components(source).problems} == {15, 16, 17}
 
 
 def test_structure_is_validated_without_importing_plugins() -> None:

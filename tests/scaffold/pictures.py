@@ -20,17 +20,6 @@ def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:
     return load_profile(parent, overrides={"image": image, "optics": soft, **overrides})
 
 
-def lights(red: float, green: float, blue: float) -> dict[str, Any]:
-    """Three lights at these azimuths."""
-    azimuths = {"red": red, "green": green, "blue": blue}
-    return {
-        "lights": [
-            {"name": name, "azimuth_deg": azimuth, "elevation_deg": 35}
-            for name, azimuth in azimuths.items()
-        ]
-    }
-
-
 def photograph(profile: Profile, path: Path, press: BallPress | None = None, seed: int = 0) -> Path:
     """Render an image and write it."""
     image = profile.image
@@ -39,15 +28,3 @@ def photograph(profile: Profile, path: Path, press: BallPress | None = None, see
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), render(profile, height_mm, seed=seed)[..., ::-1])
     return path
-
-
-def photograph_presses(
-    profile: Profile, folder: Path, count: int = 5, depth_mm: float = 0.8
-) -> Path:
-    """Write images of a ball of 4 mm at different positions."""
-    random = np.random.default_rng(1)
-    for number in range(count):
-        centre = float(random.uniform(30, 130)), float(random.uniform(30, 90))
-        press = BallPress(centre, 4.0, depth_mm)
-        photograph(profile, folder / f"{number}.png", press, seed=number + 1)
-    return folder

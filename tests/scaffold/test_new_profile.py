@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from scaffold.pictures import lights, photograph, photograph_presses, sensor
+from scaffold.pictures import photograph, sensor
 
 from experiments.measured_scale import grid
 from tactile_core.errors import InputError, ProfileError
@@ -213,84 +212,6 @@ def test_the_scale_is_asked_for_only_if_no_input_gives_it(picture: Path, tmp_pat
     assert any("NOT MEASURED" in note for note in unknown.notes)
     with pytest.raises(InputError, match="--scale 'wide'"):
         new_profile("fourth", UNMARKED, picture, ask=lambda question: "wide")
-
-
-@pytest.mark.parametrize("shift_deg", [0, 90])
-def test_presses_give_the_directions_of_the_lights(tmp_path: Path, shift_deg: float) -> None:
-    turned = sensor(illumination=lights(90 + shift_deg, 210 + shift_deg, 330 + shift_deg))
-    made = new_profile(
-        "mine",
-        UNMARKED,
-        photograph(turned, tmp_path / "reference.png"),
-        scale="0.125",
-        presses=photograph_presses(turned, tmp_path / "presses"),
-        ball_diameter_mm=4.0,
-    )
-    assert ("lights:" in made.text) == bool(shift_deg)
-    written: list[dict[str, Any]] = saved(made, tmp_path).illumination.options["lights"]
-    off = [
-        light["azimuth_deg"] - azimuth - shift_deg
-        for light, azimuth in zip(written, (90, 210, 330), strict=True)
-    ]
-    assert np.abs((np.array(off) + 180) % 360 - 180).max() < 10
-
-
-def test_elevations_are_said_to_be_inherited(tmp_path: Path) -> None:
-    turned = sensor(illumination=lights(180, 300, 60))
-    made = new_profile(
-        "mine",
-        UNMARKED,
-        photograph(turned, tmp_path / "reference.png"),
-        scale="0.125",
-        presses=photograph_presses(turned, tmp_path / "presses"),
-        ball_diameter_mm=4.0,
-    )
-    comment = " ".join(made.text.replace("#", " ").split())
-    assert f"these are {UNMARKED}'s, not measured" in comment
-
-
-def test_without_a_usable_press_the_rest_is_written(tmp_path: Path) -> None:
-    reference = photograph(sensor(), tmp_path / "reference.png")
-    (tmp_path / "presses").mkdir()
-    shutil.copy(reference, tmp_path / "presses" / "nothing.png")
-    made = new_profile(
-        "mine",
-        UNMARKED,
-        reference,
-        scale="0.125",
-        presses=tmp_path / "presses",
-        ball_diameter_mm=4.0,
-    )
-    assert saved(made, tmp_path).image.mm_per_px == 0.125
-    assert any("NOT MEASURED: none of 1 presses can be used" in note for note in made.notes)
-
-
-@pytest.mark.parametrize(("mm_per_px", "warned"), [(0.125, False), (0.15, True)])
-def test_a_contact_as_wide_as_the_ball_gives_a_warning(
-    tmp_path: Path, mm_per_px: float, warned: bool
-) -> None:
-    made = new_profile(
-        "mine",
-        UNMARKED,
-        photograph(sensor(), tmp_path / "reference.png"),
-        scale=f"{mm_per_px}",
-        presses=photograph_presses(sensor(), tmp_path / "presses", depth_mm=0.85),
-        ball_diameter_mm=4.0,
-    )
-    assert any("too large" in note for note in made.notes) == warned
-
-
-def test_swapped_colours_are_reported(tmp_path: Path) -> None:
-    swapped = sensor(illumination=lights(330, 210, 90))
-    made = new_profile(
-        "mine",
-        UNMARKED,
-        photograph(swapped, tmp_path / "reference.png"),
-        scale="0.125",
-        presses=photograph_presses(swapped, tmp_path / "presses"),
-        ball_diameter_mm=4.0,
-    )
-    assert "BGR" in made.text
 
 
 def test_a_parent_by_path_is_written_relative_to_the_file(picture: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 import pytest
 
 from tactile_core.evaluation.demo import demonstrate
-from tactile_core.interfaces.calibrator import Silent
 from tactile_core.profiles.loader import list_rigs, load_profile
 
 
@@ -23,7 +22,7 @@ def test_a_calibrated_virtual_rig_measures_other_objects(name):
         "mm_per_px": 2 * image.mm_per_px,
     }
     profile = profile.model_copy(update={"image": image.model_copy(update=smaller)})
-    rows, parts = demonstrate(profile, Silent())
+    rows, parts = demonstrate(profile)
     # half the resolution cannot resolve a cone's tip
     assert all(row.normal_error_deg < 5 for row in rows if row.press != "cone")
     assert all(row.height_error_mm < 0.12 * row.depth_mm for row in rows)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from tactile_core.quantities.fields import Outline, Surface
 from tactile_core.views.maps import Overlay, deviation, relief
-from tactile_core.views.overlay import arrows
 from tactile_core.views.pictures import side_by_side
 from tactile_core.views.shading import (
     blank,
@@ -158,16 +157,3 @@ def test_pictures_with_the_same_span_have_the_same_colour_bar() -> None:
     assert np.array_equal(low[bar], high[bar])
     middle = np.s_[low.shape[0] // 2 - 20 : low.shape[0] // 2, 320:340]
     assert not np.array_equal(low[middle], high[middle])
-
-
-def test_arrows_are_drawn_only_where_there_is_displacement() -> None:
-    pixels = np.full((48, 64, 3), 128, np.uint8)
-    empty = arrows(pixels, np.zeros((48, 64, 2)))
-    assert (empty == empty[0, 0]).all()
-    field = np.zeros((48, 64, 2))
-    field[:, 32:, 0] = 0.1
-    slips = np.zeros((48, 64), bool)
-    slips[:24] = True
-    drawn = (arrows(pixels, field, slips=slips) != empty).any(2)
-    assert not drawn[:, :440].any()
-    assert drawn[:, 480:].any()

@@ -9,7 +9,7 @@ from tactile_core.quantities import Frame
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, Surface, VectorMap
 from tactile_core.views import overlay
 from tactile_core.views.maps import Overlay, colour_field, magnitude, relief
-from tactile_core.views.pictures import picture_of, points_on_frame
+from tactile_core.views.pictures import draw_on_frame, picture_of
 from tactile_core.views.shading import Rgb, colours, sequential_colours
 
 SHAPE, SCALE_MM = (480, 640), 0.03
@@ -124,7 +124,7 @@ def test_maps_are_side_by_side_and_points_alone_are_over_the_frame() -> None:
 def test_markers_are_drawn_over_frames_of_any_channel_count(channels: int) -> None:
     pixels = np.full((120, 160, channels), 30000, np.uint16)
     frame = Frame(pixels, tuple("abcdef"[:channels]), 0.1, 65535)
-    picture = points_on_frame(frame, [markers(8.0)], title="press")
+    picture = draw_on_frame(frame, Overlay(points=[markers(8.0)]), title="press")
     assert picture.dtype == np.uint8
     assert max(picture.shape) >= 640
 

@@ -13,8 +13,7 @@ from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.errors import CameraLost, CameraTimeout, InputError
 from tactile_core.formats.files import read_bytes
-from tactile_core.formats.headers import header, is_complete
-from tactile_core.formats.images import IMAGE_SUFFIXES, decode_image
+from tactile_core.formats.images import IMAGE_SUFFIXES, UnfinishedImage, decode_image
 from tactile_core.interfaces.camera import Drop, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
@@ -182,10 +181,13 @@ class FolderSource(ImageSource):
             self._forget(name)
             return None
         # a file that changes while it is read is not complete, whatever its content
-        if before != version or header(data) is None or not is_complete(data):
+        try:
+            pixels = decode_image(data, str(path)) if before == version else None
+        except UnfinishedImage:
+            pixels = None
+        if pixels is None:
             self._wait_for(name, version)
             return None
-        pixels = decode_image(data, str(path))
         replaced = name in self._seen
         self._done(name, version)
         encoded = data if path.suffix.lower() in (".jpg", ".jpeg") else None

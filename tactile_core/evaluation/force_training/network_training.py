@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,6 @@ from tactile_core.evaluation.force_training.scores import (
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.profiles.model import Profile
 from tactile_core.sim.force_data import CELL_PX, FORCE_DATA, TRAINING_OBJECTS, UNSEEN_OBJECTS
-
-Network = Literal["small", "vgg16"]
 
 LICENCE = "MIT"  # Of networks that train on the project's own virtual sensors
 # Numbers of the first virtual units: trained on, for the standard deviations, and scored.
@@ -68,7 +66,6 @@ class Plan(NamedTuple):
     ----------
     out : Path
         Folder of the results.
-    network : "small" or "vgg16"
     epochs : int
         Passes over the samples.
     seed : int
@@ -78,7 +75,6 @@ class Plan(NamedTuple):
     """
 
     out: Path
-    network: Network = "small"
     epochs: int = 12
     seed: int = 0
     command: str = ""
@@ -227,7 +223,7 @@ def _finish(
         onnx_bytes,
         write_network,
     )
-    from tactile_core.evaluation.force_training.networks import LoadMap, Vgg16
+    from tactile_core.evaluation.force_training.networks import LoadMap
     from tactile_core.evaluation.force_training.training import TrainingSet, predict_wrenches, train
 
     known, check, unseen = parts
@@ -238,11 +234,7 @@ def _finish(
     view_mm = np.array([profile.image.width_px, profile.image.height_px], np.float64)
     view_mm *= profile.image.mm_per_px
     torch.manual_seed(plan.seed)
-    made = (
-        LoadMap(2 * channels, size, view_mm, samples.load_std)
-        if plan.network == "small"
-        else Vgg16(channels)
-    )
+    made = LoadMap(2 * channels, size, view_mm, samples.load_std)
     progress.stage("training", 0.4)
     mirrored = _find_mirrored(profile, channels)
     network = train(
@@ -274,12 +266,12 @@ def _finish(
     shares = ", ".join(f"{100 * share:.0f}" for share in covered_share(*relative(unseen), std))
     content = onnx_bytes(network, 2 * channels, size)
     count = sum(weight.numel() for weight in network.parameters())
-    kind = "map of loads on cells that is summed" if plan.network == "small" else "VGG-16"
     sheet = DataSheet(
         title=f"Force from images of {profile.name}",
         data=data,
         command=plan.command,
-        network=f"A {kind}, {count} weights, {plan.epochs} epochs, seed {plan.seed}. Input: the "
+        network=f"A map of loads on cells that is summed, {count} weights, {plan.epochs} epochs, "
+        f"seed {plan.seed}. Input: the "
         f"difference to the reference and the reference, {size[0]} × {size[1]} px. "
         f"Of the errors in all scored samples, {shares} % (Fx, Fy, Fz, Tz) are below one standard "
         f"deviation.",

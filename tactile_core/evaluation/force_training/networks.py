@@ -1,4 +1,4 @@
-"""The networks, in torch. This module imports torch; import it inside functions."""
+"""The network, in torch. This module imports torch; import it inside functions."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from torch import nn
 
 from tactile_core.algorithms.arrays.types import Float32, Float64
 from tactile_core.sim.force_data import CELL_PX, cell_centres_mm
-
-# Channels of the convolutions of VGG-16, 0 for pooling (Simonyan and Zisserman, 2015).
-_VGG16 = (64, 64, 0, 128, 128, 0, 256, 256, 256, 0, 512, 512, 512, 0, 512, 512, 512, 0)
 
 
 class LoadMap(nn.Module):
@@ -76,42 +73,6 @@ def wrench_of_loads(view_mm: Float64, cells: tuple[int, int]) -> Float32:
     matrix[3, 1] = x_mm
     matrix[3, 3] = 1
     return matrix.reshape(4, -1)
-
-
-class Vgg16(nn.Module):
-    """VGG-16 with four outputs that sees the difference image, as in the review.
-
-    The input is resized to 224 × 224 px. The weights are random: those that were trained on
-    photographs are not part of the project.
-
-    Parameters
-    ----------
-    channels : int
-        Of the difference image, the first planes of the input.
-    width : float
-        Factor on the channels of all layers.
-    """
-
-    def __init__(self, channels: int, width: float = 1.0) -> None:
-        super().__init__()
-        self._channels = channels
-        layers: list[Any] = []
-        for wide in _VGG16:
-            if wide == 0:
-                layers.append(nn.MaxPool2d(2))
-                continue
-            count = max(1, round(width * wide))
-            layers += [nn.Conv2d(channels, count, 3, padding=1), nn.ReLU(inplace=True)]
-            channels = count
-        hidden = max(1, round(width * 4096))
-        layers += [nn.Flatten(), nn.Linear(channels * 7 * 7, hidden), nn.ReLU(inplace=True)]
-        layers += [nn.Dropout(), nn.Linear(hidden, hidden), nn.ReLU(inplace=True), nn.Dropout()]
-        self.layers = nn.Sequential(*layers, nn.Linear(hidden, 4))
-
-    def forward(self, planes: Any) -> Any:
-        """(N, 4) wrenches."""
-        difference = planes[:, : self._channels]
-        return self.layers(nn.functional.interpolate(difference, size=(224, 224), mode="bilinear"))
 
 
 def _convolution(given: int, made: int, size: int = 3, stride: int = 1) -> Any:

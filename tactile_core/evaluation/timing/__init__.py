@@ -11,9 +11,8 @@ from tactile_core.errors import TactileError
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.evaluation.timing.results import (
     WARM_UP_FRAMES,
-    available_cores,
     machine,
-    stream_unit,
+    peak_of_stream_mib,
 )
 from tactile_core.evaluation.timing.results import Bench as Bench
 from tactile_core.evaluation.timing.results import Benches as Benches
@@ -75,7 +74,6 @@ def bench(
     benches = []
     for unit, costs in zip(units, all_costs, strict=True):
         progress.stage(f"streaming {unit.profile.name}", 0.35 / len(units))
-        peak_mib, ratio = stream_unit(unit, two=available_cores() > 1)
         benches.append(
             Bench(
                 profile=unit.profile.name,
@@ -83,8 +81,7 @@ def bench(
                 size_px=unit.bundle.manifest.image_size_px,
                 stages=costs,
                 rounds=rounds,
-                peak_memory_mib=peak_mib,
-                two_process_ratio=ratio,
+                peak_memory_mib=peak_of_stream_mib(unit),
             )
         )
     return Benches(machine(), tuple(benches), tuple(left_out))

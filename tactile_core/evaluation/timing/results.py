@@ -9,8 +9,6 @@ from collections.abc import Generator
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from statistics import median
-from time import perf_counter
 from typing import Any
 
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
@@ -62,8 +60,6 @@ class Bench:
         Number of measurements of each stage.
     peak_memory_mib : float or None
         Peak resident memory of a process that only streams, including Python and libraries.
-    two_process_ratio : float or None
-        Throughput of two such processes at once relative to one; None on one core.
     """
 
     profile: str
@@ -72,11 +68,10 @@ class Bench:
     stages: tuple[Cost, ...]
     rounds: int
     peak_memory_mib: float | None
-    two_process_ratio: float | None
 
     def summary(self) -> dict[str, Any]:
         """JSON-ready."""
-        ratio, peak = self.two_process_ratio, self.peak_memory_mib
+        peak = self.peak_memory_mib
         return {
             "profile": self.profile,
             "model": self.model,
@@ -84,7 +79,6 @@ class Bench:
             "stages": [cost.summary() for cost in self.stages],
             "rounds": self.rounds,
             "peak_memory_mib": None if peak is None else round(peak, 1),
-            "two_process_ratio": None if ratio is None else round(ratio, 3),
         }
 
 
@@ -161,55 +155,20 @@ def _version(package: str) -> str | None:
 WARM_UP_FRAMES = 4
 
 
-class STREAMING:
-    """Measurement of throughput with one and with two processes."""
+def peak_of_stream_mib(unit: VirtualUnit) -> float | None:
+    """Return the peak resident memory of a process that only streams a unit, MiB.
 
-    rounds = 3  # [count] Alternations between one and two processes; the result is their median
-    round_s = 0.15  # [s] Duration of one measurement
-
-
-def stream_unit(unit: VirtualUnit, *, two: bool) -> tuple[float | None, float | None]:
-    """Stream a unit in one process, and in two at once.
-
-    Both cases alternate, so that other load on the machine affects them equally.
-
-    Returns
-    -------
-    peak_memory_mib : float or None
-        Peak resident memory of one process, including Python and libraries; None if the system
-        does not report it.
-    ratio : float or None
-        Total throughput of two processes relative to one; None unless ``two``.
+    Python and libraries are included; None if the system does not report it.
     """
     unit = replace(unit, frames=())  # a stream holds no images but its own
-    with WorkerProcess(_stream, unit) as first:
-        if not two:
-            return first.receive(), None
-        with WorkerProcess(_stream, unit) as second:
-            peak_mib: float | None = first.receive()
-            second.receive()
-            ratios = []
-            for _ in range(STREAMING.rounds):
-                rates = [_rate(first), _rate(first, second)]
-                ratios.append(rates[1] / rates[0])
-    return peak_mib, median(ratios)
+    with WorkerProcess(_stream, unit) as process:
+        peak_mib: float | None = process.receive()
+    return peak_mib
 
 
-def _rate(*processes: WorkerProcess) -> float:
-    for process in processes:
-        process.send(STREAMING.round_s)
-    return float(sum(process.receive() for process in processes))
-
-
-def _stream(unit: VirtualUnit) -> Generator[float | None, float, None]:
+def _stream(unit: VirtualUnit) -> Generator[float | None, None, None]:
     with one_thread():
         stream = Stream(unit)
         for _ in range(WARM_UP_FRAMES):
             stream.whole()
-        duration_s = yield peak_memory_mib()
-        while True:
-            count, start = 0, perf_counter()
-            while (elapsed_s := perf_counter() - start) < duration_s:
-                stream.whole()
-                count += 1
-            duration_s = yield count / elapsed_s
+        yield peak_memory_mib()

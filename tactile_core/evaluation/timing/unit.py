@@ -65,25 +65,6 @@ class StillCamera(Camera):
         return Image(next(self._exposures))
 
 
-class TIMED_UNIT:
-    """Presses and frames of a virtual unit. They are fixed, so that timings are comparable."""
-
-    presses = 8  # [count] Calibration presses
-    ball_widths = 0.22  # [view widths] Diameter of the ball
-    depth_balls = 0.2  # [ball diameters] Depth of a press
-    # [float), share of the image size] Range of the press positions along x and y.
-    region = (0.15, 0.85)
-    kept_frames = 4  # [count] Calibration presses whose frames are kept
-    # [count] Frames of a ball that moves, unless others are wanted; they repeat without a jump.
-    # Source: by hand, as many as the buffers of a camera.
-    stroke_frames = 4
-    stroke_px = (1.0, 3.0)  # [float), px] Least and largest shear displacement of that ball
-    stroke_depth = 0.1  # [share of the depth] By how much it is pressed more and less deep
-    # [contact radii] Distance from the contact at which its shear displacement has decayed to
-    # zero.
-    shear_radii = 2.5
-
-
 @dataclass(frozen=True, eq=False)
 class VirtualUnit:
     """A profile, its calibration, and rendered frames.
@@ -110,7 +91,7 @@ def virtual_unit(
     *,
     size_px: tuple[int, int] | None = None,
     model: str | None = None,
-    stroke_frames: int = TIMED_UNIT.stroke_frames,
+    stroke_frames: int = 4,  # as many as the buffers of a camera
 ) -> VirtualUnit:
     """Render presses of a ball and fit the profile's calibration on them.
 
@@ -139,12 +120,12 @@ def virtual_unit(
     undeformed = take(None, 0)
     condition = Conditioning.for_build(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
-    ball_mm = TIMED_UNIT.ball_widths * image.width_px * image.mm_per_px
+    ball_mm = 0.22 * image.width_px * image.mm_per_px
     rng = np.random.default_rng(0)
     presses = []
-    for seed in range(1, TIMED_UNIT.presses + 1):
-        x, y = rng.uniform(*TIMED_UNIT.region, 2) * (image.width_px, image.height_px)
-        ball = BallPress((float(x), float(y)), ball_mm, TIMED_UNIT.depth_balls * ball_mm)
+    for seed in range(1, 9):
+        x, y = rng.uniform(0.15, 0.85, 2) * (image.width_px, image.height_px)
+        ball = BallPress((float(x), float(y)), ball_mm, 0.2 * ball_mm)
         circle = Circle(ball.centre_px, ball.contact_radius_mm / image.mm_per_px)
         frame = condition.mask_markers(take(ball, seed))
         radius_px = ball_mm / 2 / image.mm_per_px
@@ -159,18 +140,16 @@ def virtual_unit(
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         ball_diameters_mm=(ball_mm,),
-        presses_used=TIMED_UNIT.presses,
+        presses_used=len(presses),
         light_range=light_range(presses, reference),
         profile_hash=profile_hash(profile),
     )
-    frames = tuple(
-        replace(press.frame, marker_mask=None) for press in presses[: TIMED_UNIT.kept_frames]
-    )
+    frames = tuple(replace(press.frame, marker_mask=None) for press in presses[:4])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)
     stroke = []
     for seed, phase in enumerate(np.linspace(0, 2 * np.pi, stroke_frames, endpoint=False)):
-        depth_balls = TIMED_UNIT.depth_balls * (1 + TIMED_UNIT.stroke_depth * np.sin(phase))
-        moved_px = np.interp(-np.cos(phase), (-1, 1), TIMED_UNIT.stroke_px)
+        depth_balls = 0.2 * (1 + 0.1 * np.sin(phase))
+        moved_px = np.interp(-np.cos(phase), (-1, 1), (1.0, 3.0))
         held = BallPress(middle_px, ball_mm, depth_balls * ball_mm)
         stroke.append(take(held, seed, float(moved_px)))
     return VirtualUnit(profile, Bundle(manifest, artefacts, reference), frames, tuple(stroke))
@@ -223,7 +202,7 @@ def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
     """(H, W, 2) displacement for a unit shear along x: 1 inside the contact, decaying outside."""
     x, y = (np.arange(n) - at for n, at in zip(shape[::-1], ball.centre_px, strict=True))
     beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
-    along = np.clip(1 - beyond / TIMED_UNIT.shear_radii, 0, 1)
+    along = np.clip(1 - beyond / 2.5, 0, 1)  # zero from 2.5 contact radii outside on
     return np.stack([along, np.zeros(shape)], axis=-1)
 
 

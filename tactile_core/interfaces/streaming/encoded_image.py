@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 
 from tactile_core.errors import InputError
-from tactile_core.formats.headers import header, is_complete
+from tactile_core.formats.headers import header, is_torn
 from tactile_core.formats.images import decode_image
 from tactile_core.quantities import Image
 
@@ -91,7 +91,7 @@ def encoded_image(
         It is incomplete, or no image at all.
     """
     # decoders fill what is missing with grey, so a torn image must be found before
-    if header(data) is None or not is_complete(data):
+    if header(data) is None or is_torn(data):
         raise TornImage(f"{camera} sent an incomplete image")
     return EncodedImage(
         data,

@@ -1,0 +1,94 @@
+"""``tactile compare``: estimators or calibrations side by side, against the truth."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactile_core.cli.options import AsJson, BundlePath, ProfileName, ReferencePath, Serial
+from tactile_core.cli.output import print_data, print_json, print_message
+
+
+def compare(
+    profile: ProfileName,
+    input: Annotated[
+        Path, typer.Option(help="The recording: an image, a folder of images, a video or a scan.")
+    ],
+    truth: Annotated[
+        Path,
+        typer.Option(
+            help="Folder with one NAME.npz per frame, as 'tactile simulate' writes them. Arrays "
+            "are compared with the arrays of the same name in the results of 'tactile run'."
+        ),
+    ],
+    swap: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STEP=USE",
+            help="One variant: the profile with another estimator in this step "
+            "(height=core.robust_poisson, or with options 'force={use: core.force_cnn, manifest: "
+            "net.yaml}'), or with another bundle (calibration=FOLDER). Repeat it for more "
+            "variants; each changes the original profile.",
+        ),
+    ] = None,
+    bundle: BundlePath = None,
+    reference: ReferencePath = None,
+    serial: Serial = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report.html, with pictures of one frame.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare estimators or calibrations on one recording: accuracy, time, memory.
+
+    The first row is the unchanged profile. Accuracy counts every pixel of every frame. Time is
+    per frame on one core. Memory is the peak of a process that only measures the recording.
+    """
+    from tactile_core.cli.output import Bar, table_lines
+    from tactile_core.evaluation.comparison import compare as measure_all
+    from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
+    from tactile_core.evaluation.comparison.variants import parse_swap
+    from tactile_core.formats.files import write_atomically
+    from tactile_core.pipeline.initial_reference import FIRST
+    from tactile_core.recordings.inputs import PROFILE, Inputs
+    from tactile_core.recordings.output_folder import REPORT, OutputFolder
+
+    swaps = [parse_swap(words) for words in swap or []]
+    given = {
+        PROFILE: profile,
+        "--input": input,
+        "--truth": truth,
+        "--bundle": bundle,
+        "--reference": None if reference == FIRST else reference,
+        **{f"--swap {step}": use for step, use in swaps if not use.startswith("{")},
+    }
+    results = None if out is None else OutputFolder(out, Inputs.from_paths(given))
+    if results is not None:
+        results.check([REPORT])
+    with Bar() as progress:
+        result = measure_all(
+            profile,
+            input=input,
+            truth=truth,
+            swaps=swaps,
+            bundle=bundle,
+            reference=reference,
+            serial=serial,
+            progress=progress,
+        )
+    for variant in result.variants:
+        for note in variant.notes:
+            print_message(f"note: {variant.name}: {note}")
+    if results is not None:
+        report = results.write(
+            REPORT, partial(write_atomically, data=comparison_page(result).encode())
+        )
+        print_message(f"{report} shows the pictures")
+    if as_json:
+        print_json(result.summary())
+        return
+    for line in table_lines(*comparison_table(result)):
+        print_data(line)

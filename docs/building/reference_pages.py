@@ -74,11 +74,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "circle-fit": (
         "Fit of a ball contact",
         "Centre and radius of one contact, and their uncertainty.",
-        (
-            "circles.press_fit",
-            "circles.centre",
-            "circles.border",
-        ),
+        ("circles.press_fit",),
     ),
     "markers": ("Marker detection", "Centres and masks of printed markers.", ("markers",)),
     "marker-tracking": (

@@ -17,8 +17,8 @@ from tactile_core.algorithms.circles import (
     locate,
     refine_grid,
 )
-from tactile_core.algorithms.circles.border import BORDER, radial_profile
 from tactile_core.algorithms.circles.press import change_of
+from tactile_core.algorithms.circles.press_fit import PRESS_FIT, slope_around
 from tactile_core.sim.analytic_ball import BallPress, render
 
 
@@ -61,7 +61,7 @@ def left_at_mm(ball: BallPress) -> float:
     fall = -np.diff(centred.height_mm((1, int(BALL_MM / 2 / step_mm)), step_mm)[0]) / step_mm
     r_mm = (np.arange(len(fall)) + 0.5) * step_mm
     ratio = fall / np.sqrt(1 + fall**2) / (2 * r_mm / BALL_MM)
-    return float(r_mm[np.argmax(ratio < BORDER.level)])
+    return float(r_mm[np.argmax(ratio < PRESS_FIT.level)])
 
 
 @pytest.fixture(scope="module")
@@ -93,17 +93,18 @@ def test_the_contact_ends_where_the_surface_has_left_the_ball(
     assert np.median(bench.radius_off_px(circles)) < 0.8
 
 
-def test_inside_the_contact_the_measured_slope_is_that_of_the_ball(
-    bench: Bench, circles: list[Circle]
-) -> None:
-    starts = bench.starts(bench.presses())
-    light = fit_light(starts, circles)
-    start, ball = starts[-1], bench.balls[-1]
-    change, flat = start.shading.change, np.zeros_like(light.spread)
-    found = radial_profile(change, light, flat, np.array(ball.centre_px), start.ball)
-    assert found is not None
-    inside = found.r < 0.7 * ball.contact_radius_mm / (BALL_MM / 2)
-    assert found.sines[inside] == pytest.approx(found.r[inside], abs=0.03)
+def test_the_slope_around_a_contact_falls_as_its_derivatives_say() -> None:
+    r = np.linspace(0.3, 1.2, 40, dtype=np.float32)
+    slope, step = slope_around(r, 0.6, 0.3), 1e-3
+    wider, nearer = (slope_around(r, 0.6 + way, 0.3) for way in (step, -step))
+    slower, faster = (slope_around(r, 0.6, 0.3 * np.exp(way)) for way in (step, -step))
+    assert slope.ratio[r < 0.5] == pytest.approx(1)
+    assert np.interp(0.6, r, slope.ratio) == pytest.approx(PRESS_FIT.level, abs=0.01)
+    smooth = np.abs(r - 0.54) > 0.02
+    by_contact = (wider.ratio - nearer.ratio) / (2 * step)
+    by_decay = (slower.ratio - faster.ratio) / (2 * step)
+    assert slope.by_contact[smooth] == pytest.approx(by_contact[smooth], abs=1e-3)
+    assert slope.by_decay[smooth] == pytest.approx(by_decay[smooth], abs=1e-3)
 
 
 def test_a_working_image_of_any_size_keeps_every_place() -> None:
@@ -147,8 +148,7 @@ def test_a_held_out_press_moves_until_centre_and_contact_agree(
     left_out, *others = bench.starts(bench.presses())
     light = fit_light(others, circles[1:])
     found = locate(left_out, light)
-    monkeypatch.setattr(finder.FINDER, "held_out_rounds", 20)
-    monkeypatch.setattr(finder.FINDER, "held_out_settled_px", 0.0)
+    monkeypatch.setattr(finder.FINDER, "rounds", 40)
     settled = locate(left_out, light)
     assert np.hypot(*np.subtract(found.centre_px, settled.centre_px)) < 0.03
     assert found.contact_radius_px == pytest.approx(settled.contact_radius_px, abs=0.1)
@@ -199,12 +199,10 @@ def test_balls_of_two_sizes_are_found_together(bench: Bench) -> None:
     assert np.median(bench.off_px(found)) < 0.25
 
 
-def test_a_contact_that_the_border_cuts_is_less_certain(bench: Bench) -> None:
+def test_a_contact_that_the_border_cuts_in_half_is_located(bench: Bench) -> None:
     cut = BallPress((1.0, 60.0), BALL_MM, 0.8)
-    *others, found = bench.find([*bench.presses(), bench.image(cut, 70)])
-    typical = np.median([circle.centre_std_px for circle in others])
-    off_px = float(np.hypot(*np.subtract(found.centre_px, cut.centre_px)))
-    assert "border" in found.why or (found.centre_std_px > typical and off_px < 1.5)
+    *_, found = bench.find([*bench.presses(), bench.image(cut, 70)])
+    assert np.hypot(*np.subtract(found.centre_px, cut.centre_px)) < 0.5
 
 
 @pytest.mark.parametrize(

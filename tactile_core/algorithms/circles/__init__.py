@@ -5,10 +5,10 @@ much light there is (``press``). The slope of a ball is an odd function of the o
 centre, and to first order so is the change. The most negative peak of its self-convolution starts
 the search (``symmetry``, ``start``). Where an image darkens with depth instead, its gradient is
 odd. On the ball the normal is (p − c) / R exactly, so for known centres the change is linear in the
-unknown light. Light and centres are fitted alternately over the given presses (``light``,
-``centre``, ``press_fit``, ``finder``). The contact ends where the slope, measured at each distance
-from the centre (``profile``), departs from that of the ball (``border``, ``shape``). The centres of
-a grid of balls are given and only refined (``grid``).
+unknown light; around the contact the slope falls exponentially. Centre, contact and the light at
+its place are fitted to each press together (``press_fit``), and the common light to all presses
+(``light``), alternately (``finder``). The centres of a grid of balls are given and only refined
+(``grid``).
 """
 
 from tactile_core.algorithms.circles.circle import Circle

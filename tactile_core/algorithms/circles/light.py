@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +32,6 @@ class LIGHT:
     # from the second on it is quadratic in the position.
     few_presses = 4
     many_presses = 12
-    # [count] Pixels per press that are drawn at random for the fit. Source: by hand, : about one
-    # per area over which the noise is correlated.
-    most_pixels = 400
-    most_together = 16_000  # [count] Pixels of all presses together, at most. Source: ADR 89.
     # [ratio] Deviation of a press from the light, relative to its coefficients, until it is
     # known.
     first_spread = 0.5
@@ -68,14 +63,6 @@ class Samples:
     change: Float32
     precision: Float32
     saturated: Bool
-
-    def about(self, centre: Float64, ball_radius: float) -> Samples:
-        """Return the same pixels with the normals of a ball at another centre."""
-        return replace(self, normal=_normals(self.xy, centre, ball_radius))
-
-
-def _normals(xy: Float64, centre: Float64, ball_radius: float) -> Float32:
-    return np.asarray((xy - centre[:, None]) / ball_radius, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,17 +132,6 @@ class LocalLight:
         )
         return products[1:], by_x, by_y
 
-    def plus(self, deviation: Float64) -> LocalLight:
-        """Add (S, K) to the coefficients of every place."""
-        added = self.coefficients + deviation.T.astype(np.float32)[:, :, None]
-        return LocalLight(added, self.slope_order)
-
-    def along(self, direction: Float32) -> Float32:
-        """Coefficients of the powers 1 … T of the sine of the slope along directions, (T, K, N)."""
-        products = self.coefficients * self.slopes(direction)
-        ends = np.cumsum([0, *(degree + 1 for degree in range(1, self.slope_order + 1))])
-        return np.stack([products[:, a:b].sum(1) for a, b in pairwise(ends)])
-
 
 @cache
 def _derivatives(order: int) -> tuple[tuple[NDArray[np.intp], Float32], ...]:
@@ -177,7 +153,7 @@ def samples_on(
     x, y = change.disc(centre, radius)
     keep = np.random.default_rng(0).permutation(len(x))[:most]
     xy = np.stack([x[keep], y[keep]]).astype(np.float64)
-    normal = _normals(xy, centre, ball_radius)
+    normal = ((xy - centre[:, None]) / ball_radius).astype(np.float32)
     place = change.place(xy.T).T.astype(np.float32)
     return Samples(xy, place, normal, *change.values_at(x[keep], y[keep]))
 
@@ -209,9 +185,8 @@ def fit(
     .. [1] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
-    most = min(LIGHT.most_pixels, LIGHT.most_together // len(samples))
     place, normal, change, precision, saturated = (
-        np.concatenate([getattr(s, name)[:, :most] for s in samples], axis=1)
+        np.concatenate([getattr(s, name) for s in samples], axis=1)
         for name in ("place", "normal", "change", "precision", "saturated")
     )
     slopes, places = terms(normal.T, orders[0]).T[1:], terms(place.T, orders[1]).T
@@ -237,7 +212,7 @@ def fit(
         residual, weight = _cauchy(residuals(predicted, change, precision, saturated))
     # Half of the coefficients themselves, until the deviations of the presses are known.
     by_slope = coefficients.reshape(len(slopes), len(places), -1)
-    here = np.einsum("pn,spk->nsk", places[:, ::most], by_slope)
+    here = np.einsum("pn,spk->nsk", places[:, ::400], by_slope)
     spread = LIGHT.first_spread * np.sqrt((here**2).mean(0))
     return LightModel(coefficients, *orders, darkens, residual, spread)
 

@@ -102,13 +102,11 @@ class Start:
         scale = working_scale(ball_radius_px) if scale is None else scale
         ball = ball_radius_px * scale
         change = change_of(image, scale)
-        drift = _median(change, change.weight > 0)
-        change = change.subtract_drift(drift)
         gradient = change.gradient(ball)
         return cls(
             ball,
-            _sighting(change, drift, None, *_most_odd(change, ball), ball),
-            _sighting(change, drift, gradient, *odd_centre(gradient, ball), ball),
+            _sighting(change, None, *_most_odd(change, ball), ball),
+            _sighting(change, gradient, *odd_centre(gradient, ball), ball),
         )
 
     def refuse_press(self, why: str) -> Start:
@@ -130,7 +128,6 @@ def darkens(starts: Sequence[Start]) -> bool:
 
 def _sighting(
     change: PressChange,
-    drift: Float64,
     gradient: PressChange | None,
     centre: Float64,
     oddness: float,
@@ -142,9 +139,9 @@ def _sighting(
     far = (distance > START.undeformed_radii * ball) & (change.weight > 0)
     if np.count_nonzero(far) < START.fewest_undeformed * far.size:
         far[...] = False
-    left = _median(change, far)
-    change = change.subtract_drift(left)
-    why = _unlike_a_press(change, centre, far, drift + left, ball)
+    drift = _median(change, far)
+    change = change.subtract_drift(drift)
+    why = _unlike_a_press(change, centre, far, drift, ball)
     if not why and oddness < START.least_oddness:
         why = "not a ball: the change is not symmetric about any centre"
     if not why and _elsewhere(change, centre, ball) > START.strongest_elsewhere:
@@ -192,7 +189,7 @@ def _unlike_a_press(
     step = _step(change.weight.size)
     expected = np.sqrt(change.noise_variance[::step, ::step].sum(2))
     noise = sigma_of(_thin_values(length[far])) if far.any() else float(np.median(expected))
-    moved = max(noise, float(np.abs(drift).max()))
+    moved = float(np.abs(drift).max())
     differs = moved > max(START.largest_drift, START.noise_ratio * float(np.median(expected)))
     if differs:
         return DIFFERS

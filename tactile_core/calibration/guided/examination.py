@@ -208,7 +208,7 @@ class TOUCH_EXAMINATION:
     visible = 0.97
     # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
     # rigs (``benchmarks/guided_calibration.py``).
-    irregular = 0.12
+    irregular = 0.25
     saturated = 0.2  # [share] Largest share of the contact that is saturated
 
 

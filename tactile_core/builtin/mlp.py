@@ -153,7 +153,7 @@ class MlpCalibrator(Calibrator):
             seeds=range(options.seed, options.seed + options.members),
         )
         function = self._with_polynomial(members, seen, normal_xy)
-        table = baked(function, features, presses, reference, blur_px)
+        table = baked(function, features, shape_of(reference))
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def _with_polynomial(

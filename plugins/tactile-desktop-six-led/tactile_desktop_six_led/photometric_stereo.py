@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
-from tactile_core.algorithms.photometric import around_markers, fill_markers
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -229,9 +229,8 @@ def without_grain(reference: Reference, blur_px: float) -> Reference:
     """
     if not blur_px:
         return reference
-    pixels = np.asarray(reference.pixels, np.float32)
-    if reference.marker_mask is not None and reference.marker_mask.any():
-        pixels = fill_markers(pixels, reference.marker_mask, around_markers(reference.marker_mask))
+    filled = Sampling.at_every_pixel(reference.pixels.shape, reference.marker_mask, 0.0)
+    pixels = filled.smooth_image(reference.pixels, reference.marker_mask)
     # Reflection with the sign reversed continues a slope beyond the border, and smoothing twice
     # keeps a curvature.
     margin = min(round(3 * blur_px), *(side - 1 for side in pixels.shape[:2]))

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.gains import MOST, gains
+from support.normals import to_gradient
 
-from tactile_core.algorithms.photometric import to_gradient
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.plugins.registry import resolve

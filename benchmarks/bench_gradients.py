@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms import slope_field
-from tactile_core.algorithms.photometric import Smoothing, planes_to_gradient
+from tactile_core.algorithms.photometric import planes_to_gradient
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.component import Component
@@ -77,20 +77,12 @@ def bench_measure(benchmark, use, shape):
     benchmark(model.measure, presses[1].frame, reference)
 
 
-@models
-def bench_measure_at_every_pixel(benchmark, use, monkeypatch):
-    presses, reference = unit((480, 640))
-    model = fitted(use, presses, reference)
-    monkeypatch.setattr(slope_field, "EXACT_PIXELS", reference.pixels.size)
-    benchmark.pedantic(model.measure, (presses[1].frame, reference), rounds=5, warmup_rounds=1)
-
-
 def bench_smoothing(benchmark):
     presses, _ = unit((480, 640))
     pixels = presses[0].frame.pixels
-    benchmark(Smoothing().apply, pixels, None, np.empty_like(pixels))
+    benchmark(Sampling.for_shape(pixels.shape[:2], None, 2.0).smooth, pixels, None)
 
 
 def bench_normal_xy_to_slopes(benchmark):
-    normal_xy = np.random.default_rng(0).uniform(-0.4, 0.4, (3, 480, 640)).astype(np.float32)
-    benchmark(lambda: planes_to_gradient(normal_xy[0].copy(), normal_xy[1].copy(), normal_xy[2]))
+    normal_xy = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 480, 640)).astype(np.float32)
+    benchmark(lambda: planes_to_gradient(normal_xy[0].copy(), normal_xy[1].copy()))

@@ -25,8 +25,7 @@ from tactile_core.algorithms.displacement import decompose_field
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.marker_tracking.pairing import pair_nearest
 from tactile_core.algorithms.markers.detection import find_spots, measure_spots
-from tactile_core.algorithms.photometric import fill_markers
-from tactile_core.algorithms.sampling import two_within
+from tactile_core.algorithms.sampling import Sampling, two_within
 
 Array = NDArray[Any]
 Row = tuple[str, Callable[[], Any], Callable[[], Any]]
@@ -124,7 +123,7 @@ def gaps() -> Iterator[Row]:
 
     yield (
         "markers: local mean | cv2.inpaint",
-        lambda: fill_markers(image[..., None], hidden, 27)[..., 0],
+        lambda: Sampling(1, hidden.shape, 0.0, 27).smooth(image[..., None], hidden)[..., 0],
         lambda: cv2.inpaint(image, hidden.view(np.uint8), 3, cv2.INPAINT_TELEA),
     )
 

@@ -31,9 +31,6 @@ class TABLE:
     margin_share = 0.03  # [share of that range] Extension of the axis at both ends
     # [relative change] Added to the margin, so that equal changes have an axis, too.
     least_margin = 1e-3
-    # [count] Default size of the coarse grid on which the dependence on the position is added.
-    # Source: chosen on recorded three-colour balls (ADR 6).
-    points = 1_200
     # [half widths of the image] Distance from the centre, along x and y, of the places over which
     # a table is averaged.
     place_offset = 0.6
@@ -101,8 +98,6 @@ class ColourTable:
     axis : Axis
     normal_xy : (B, B, B) complex64
         x + i·y components of the unit normal; the axes are the channels in order.
-    points : int
-        Approximate number of points of an image at which the dependence on the position is added.
 
     References
     ----------
@@ -112,7 +107,6 @@ class ColourTable:
 
     axis: Axis
     normal_xy: Complex64
-    points: int = TABLE.points
 
     def bins(self, change: Float32) -> NDArray[np.uint8]:
         """Index of the nearest entry along each channel, for (..., 3) changes."""

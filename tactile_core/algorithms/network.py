@@ -12,97 +12,43 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import scaling
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-
-class NETWORK_TRAINING:
-    """Parameters of evaluation and training that no argument of :func:`train` sets.
-
-    Nothing sets them from outside: they depend on the method or the processor, not on a sensor.
-    """
-
-    # [length of normal_xy] Errors count as their square up to this and linearly beyond, so that
-    # outliers (surface that has left the ball, dirt) do not dominate the fit.
-    huber_error = 0.25
-    block = 4096  # [count] Samples that are evaluated together and stay in the cache
-    smallest_batch = 32  # [count] Lower bound of the samples in a batch
-    # [share of the peak rate] Added to the cosine schedule, so that the last steps are not zero.
-    least_rate_share = 1e-3
-    # [ratio] Decay of the moments of the gradient. Source: Kingma and Ba, Algorithm 1 (default
-    # values).
-    beta_1 = 0.9
-    beta_2 = 0.999
-    # [root of the second moment] Lower bound of the divisor. Source: Kingma and Ba, Algorithm 1
-    # (default value).
-    epsilon = 1e-8
+_BLOCK = 4096  # [count] Samples that are evaluated together and stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
-    """Weights and biases of each layer, and the scale of the inputs.
+class Networks:
+    """Networks of equal shape, whose outputs are averaged.
 
     Attributes
     ----------
     mean, std : (D,) float32
         Scale of the features.
-    layers : tuple of (weight (A, B), bias (B,)) float32
+    layers : sequence of (E, A + 1, B) float32
+        Weights of the E networks, and their biases as the last row.
     """
 
     mean: Float32
     std: Float32
-    layers: tuple[tuple[Float32, Float32], ...]
+    layers: Sequence[Float32]
 
     def __call__(self, features: Float32) -> Float32:
-        """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
-        block = NETWORK_TRAINING.block
-        out = np.empty((len(features), self.layers[-1][1].shape[0]), np.float32)
-        for start in range(0, len(features), block):
+        """Map (N, D) features to (N, M) outputs."""
+        out = np.empty((len(features), self.layers[-1].shape[2]), np.float32)
+        for start in range(0, len(features), _BLOCK):
             # a sample per column: numpy adds a bias to a long row much faster than to short ones
-            z = ((features[start : start + block] - self.mean) / self.std).T
-            for weight, bias in self.layers[:-1]:
-                z = weight.T @ z
-                z += bias[:, None]
+            z = ((features[start : start + _BLOCK] - self.mean) / self.std).T
+            for layer in self.layers[:-1]:
+                z = _through(layer, z)
                 np.tanh(z, out=z)
-            weight, bias = self.layers[-1]
-            out[start : start + block] = (weight.T @ z).T + bias
+            out[start : start + _BLOCK] = _through(self.layers[-1], z).mean(axis=0).T
         return out
 
 
-class Committee:
-    """Sum of the outputs of networks of equal shape, evaluated together.
-
-    Parameters
-    ----------
-    members : sequence of Network
-        At least one, with the same scale of the inputs.
-    """
-
-    def __init__(self, members: Sequence[Network]) -> None:
-        first = members[0]
-        layers = [
-            (np.stack([weight.T for weight, _ in same]), np.stack([bias for _, bias in same]))
-            for same in zip(*(member.layers for member in members), strict=True)
-        ]
-        # the first layer scales the features, too
-        weight, bias = layers[0]
-        weight = weight / first.std
-        bias = bias - weight @ first.mean
-        scaled = [(weight, bias), *layers[1:]]
-        *self._hidden, (weight, bias) = [(w, b[..., None]) for w, b in scaled]
-        # the last layers of all members add up
-        self._last = np.concatenate(list(weight), axis=1), bias.sum(axis=0)
-
-    def __call__(self, features: Float32) -> Float32:
-        """Map (N, D) features to (N, M) outputs, in blocks that stay in the cache."""
-        block = NETWORK_TRAINING.block
-        weight, bias = self._last
-        out = np.empty((len(features), len(weight)), np.float32)
-        for start in range(0, len(features), block):
-            z = np.ascontiguousarray(features[start : start + block].T)
-            for layer, shift in self._hidden:
-                z = layer @ z
-                z += shift
-                np.tanh(z, out=z)
-            out[start : start + block] = (weight @ z.reshape(-1, z.shape[-1]) + bias).T
-        return out
+def _through(layer: Float32, z: Float32) -> Float32:
+    """Weighted sums of (E, A, N) or (A, N) columns in a layer, and biases: (E, B, N)."""
+    found = layer[:, :-1].transpose(0, 2, 1) @ z
+    found += layer[:, -1, :, None]
+    return found
 
 
 def train(
@@ -116,7 +62,7 @@ def train(
     decay: float = 1e-2,
     noise: float = 0.05,
     seeds: Sequence[int] = (0,),
-) -> list[Network]:
+) -> Networks:
     """Train networks with Adam [1]_ on the Huber loss [2]_ of the length of the error.
 
     The rate follows half a cosine [3]_; the weight decay is decoupled from the gradient [4]_.
@@ -141,7 +87,7 @@ def train(
 
     Returns
     -------
-    list of Network
+    Networks
 
     References
     ----------
@@ -154,140 +100,77 @@ def train(
     """
     rngs = [np.random.default_rng(seed) for seed in seeds]
     mean, std = scaling(features)
-    # A sample per column, as in the network; a row of ones multiplies the biases.
+    # A sample per column, as in the networks.
     scaled = np.ascontiguousarray(((features - mean) / std).T)
     wanted = np.ascontiguousarray(targets.T)
-    sizes = [features.shape[1], *hidden, targets.shape[1]]
-    parameters = _Weights.draw_weights(sizes, rngs)
-    adam = _Adam(parameters.flat.shape, np.float32(decay) * parameters.decaying)
+    layers = [
+        np.stack([_draw_layer(*shape, rng) for rng in rngs])
+        for shape in pairwise([len(scaled), *hidden, len(wanted)])
+    ]
+    adam = [_Adam(layer, decay) for layer in layers]
     count = scaled.shape[1]
-    batch = min(count, max(NETWORK_TRAINING.smallest_batch, count // steps))
+    batch = min(count, max(32, count // steps))  # fewer samples have a noisy gradient
     batches = count // batch
     total = epochs * batches
-    activations = [np.ones((len(rngs), size + 1, batch), np.float32) for size in sizes[:-1]]
-    inputs = np.empty((len(rngs), sizes[0], batches * batch), np.float32)
-    outputs = np.empty((len(rngs), sizes[-1], batches * batch), np.float32)
     for step in range(total):
         if step % batches == 0:
-            for rng, one_input, one_output in zip(rngs, inputs, outputs, strict=True):
-                order = rng.permutation(count)[: batches * batch]
-                rng.standard_normal(dtype=np.float32, out=one_input)
-                one_input *= np.float32(noise)
-                one_input += scaled.take(order, axis=1)
-                wanted.take(order, axis=1, out=one_output)
+            orders = [rng.permutation(count)[: batches * batch] for rng in rngs]
+            inputs = np.stack([scaled[:, order] for order in orders])
+            outputs = np.stack([wanted[:, order] for order in orders])
+            for rng, one in zip(rngs, inputs, strict=True):
+                one += np.float32(noise) * rng.standard_normal(one.shape, dtype=np.float32)
         part = np.s_[:, :, (step % batches) * batch : (step % batches + 1) * batch]
-        activations[0][:, :-1] = inputs[part]
-        parameters.write_slope(activations, outputs[part])
-        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + NETWORK_TRAINING.least_rate_share
-        adam.update(parameters.flat, parameters.slope, rate * cosine)
-    return [Network(mean, std, layers) for layers in parameters.layers()]
+        # a thousandth of the peak rate remains at the end, so that the last steps are not zero
+        cosine = 0.5 * (1 + np.cos(np.pi * step / total)) + 1e-3
+        for one, slope in zip(adam, _slopes(layers, inputs[part], outputs[part]), strict=True):
+            one.update(slope, rate * cosine)
+    return Networks(mean, std, layers)
 
 
-@dataclass(frozen=True, eq=False)
-class _Weights:
-    """Weights and biases of all networks in one array, so that Adam updates them at once.
-
-    Attributes
-    ----------
-    flat, slope : (E, P) float32
-        Those of each network, and the derivative of its loss by them.
-    matrices, slopes : list of (E, A + 1, B) float32
-        Views of both for each layer: weights, and the biases as the last row.
-    """
-
-    flat: Float32
-    slope: Float32
-    matrices: list[Float32]
-    slopes: list[Float32]
-
-    @classmethod
-    def draw_weights(cls, sizes: Sequence[int], rngs: Sequence[np.random.Generator]) -> _Weights:
-        """Draw the weights of each network at random; biases are 0."""
-        count = sum((a + 1) * b for a, b in pairwise(sizes))
-        flat, slope = np.zeros((2, len(rngs), count), np.float32)
-        made = cls(flat, slope, _views(flat, sizes), _views(slope, sizes))
-        for number, rng in enumerate(rngs):
-            for matrix in made.matrices:
-                weight = matrix[number, :-1]
-                weight[...] = rng.standard_normal(weight.shape) / np.sqrt(len(weight))
-        return made
-
-    @property
-    def decaying(self) -> Float32:
-        """(P,) 1 for weights, 0 for biases."""
-        ones = [np.ones_like(matrix[0]) for matrix in self.matrices]
-        for matrix in ones:
-            matrix[-1] = 0
-        return np.concatenate([matrix.ravel() for matrix in ones])
-
-    def layers(self) -> list[tuple[tuple[Float32, Float32], ...]]:
-        """Weight and bias of each layer, for each network."""
-        return [
-            tuple((matrix[n, :-1].copy(), matrix[n, -1].copy()) for matrix in self.matrices)
-            for n in range(len(self.flat))
-        ]
-
-    def write_slope(self, activations: Sequence[Float32], wanted: Float32) -> None:
-        """Write the derivatives of the losses into ``slope``.
-
-        Parameters
-        ----------
-        activations : sequence of (E, A + 1, N) float32
-            Input of each layer above a row of ones; the first is read, the others are written.
-        wanted : (E, M, N) float32
-        """
-        for matrix, below, above in zip(self.matrices, activations, activations[1:], strict=False):
-            z = np.matmul(matrix.transpose(0, 2, 1), below, out=above[:, :-1])
-            np.tanh(z, out=z)
-        error = self.matrices[-1].transpose(0, 2, 1) @ activations[-1]
-        error -= wanted
-        size = np.sqrt(np.einsum("emn,emn->en", error, error))
-        size /= np.float32(NETWORK_TRAINING.huber_error)
-        np.maximum(size, 1, out=size)
-        size *= np.float32(error.shape[2])
-        error /= size[:, None]
-        for depth in range(len(self.matrices) - 1, -1, -1):
-            below = activations[depth]
-            np.matmul(below, error.transpose(0, 2, 1), out=self.slopes[depth])
-            if depth:
-                bend = np.square(below[:, :-1])
-                np.subtract(1, bend, out=bend)
-                bend *= self.matrices[depth][:, :-1] @ error
-                error = bend
+def _draw_layer(inputs: int, outputs: int, rng: np.random.Generator) -> Float32:
+    """Draw weights at random, (inputs + 1, outputs); the biases in the last row are 0."""
+    layer = np.zeros((inputs + 1, outputs), np.float32)
+    layer[:-1] = rng.standard_normal((inputs, outputs)) / np.sqrt(inputs)
+    return layer
 
 
-def _views(flat: Float32, sizes: Sequence[int]) -> list[Float32]:
-    ends = np.cumsum([0, *((a + 1) * b for a, b in pairwise(sizes))])
-    return [
-        flat[:, start:end].reshape(len(flat), a + 1, b)
-        for (start, end), (a, b) in zip(pairwise(ends), pairwise(sizes), strict=True)
-    ]
+def _slopes(layers: Sequence[Float32], inputs: Float32, wanted: Float32) -> list[Float32]:
+    """Derivatives of the losses by each layer, for (E, D, N) inputs and (E, M, N) outputs."""
+    seen = [inputs]
+    for layer in layers[:-1]:
+        z = _through(layer, seen[-1])
+        seen.append(np.tanh(z, out=z))
+    error = _through(layers[-1], seen[-1])
+    error -= wanted
+    # Errors count as their square up to a quarter of a normal's length, and linearly beyond, so
+    # that surface that has left the ball, and dirt, do not dominate.
+    size = np.sqrt(np.einsum("emn,emn->en", error, error)) * np.float32(4)
+    error /= (np.maximum(size, 1) * np.float32(error.shape[2]))[:, None]
+    found = []
+    for layer, below in zip(layers[::-1], seen[::-1], strict=True):
+        across = error.transpose(0, 2, 1)
+        found.append(np.concatenate([below @ across, across.sum(axis=1, keepdims=True)], axis=1))
+        error = (layer[:, :-1] @ error) * (1 - below * below)
+    return found[::-1]
 
 
 class _Adam:
-    def __init__(self, shape: tuple[int, ...], decay: Float32) -> None:
-        self._first, self._second, self._size, self._scratch = np.zeros((4, *shape), np.float32)
-        self._decay = decay
+    """Updates one layer (E, A + 1, B) in place; its biases do not decay."""
+
+    def __init__(self, layer: Float32, decay: float) -> None:
+        self._layer, self._decay = layer, np.float32(decay)
+        self._first, self._second = np.zeros((2, *layer.shape), np.float32)
         self._steps = 0
 
-    def update(self, parameters: Float32, slope: Float32, rate: float) -> None:
+    def update(self, slope: Float32, rate: float) -> None:
+        # Kingma and Ba, Algorithm 1, with its default values
         self._steps += 1
-        beta_1, beta_2 = NETWORK_TRAINING.beta_1, NETWORK_TRAINING.beta_2
-        first_bias, second_bias = 1 - beta_1**self._steps, 1 - beta_2**self._steps
-        size, scratch = self._size, self._scratch
-        self._first *= np.float32(beta_1)
-        self._first += np.multiply(slope, np.float32(1 - beta_1), out=scratch)
-        np.multiply(slope, slope, out=scratch)
-        scratch *= np.float32(1 - beta_2)
-        self._second *= np.float32(beta_2)
-        self._second += scratch
-        np.sqrt(self._second, out=size)
-        size *= np.float32(first_bias / np.sqrt(second_bias))
-        size += np.float32(first_bias * NETWORK_TRAINING.epsilon)
-        step = np.divide(self._first, size, out=size)
-        step += np.multiply(self._decay, parameters, out=scratch)
-        step *= np.float32(rate)
-        parameters -= step
+        self._first += np.float32(0.1) * (slope - self._first)
+        self._second += np.float32(0.001) * (slope * slope - self._second)
+        size = np.sqrt(self._second * np.float32(1 / (1 - 0.999**self._steps))) + np.float32(1e-8)
+        step = self._first * np.float32(1 / (1 - 0.9**self._steps)) / size
+        step[:, :-1] += self._decay * self._layer[:, :-1]
+        self._layer -= np.float32(rate) * step
 
 
 def shrunk_planes(values: Array, size: tuple[int, int]) -> Float32:

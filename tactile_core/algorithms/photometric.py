@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import comb
 from typing import Any
@@ -28,80 +27,6 @@ class MARKER_FILL:
     diameters = 2  # [marker diameters] Side of the neighbourhood, to which one pixel is added
     # [px] Lower bound of the area that a mean is taken over, against division by zero.
     least_surface_px = 1e-3
-
-
-@dataclass(frozen=True)
-class Smoothing:
-    """Preprocessing that references and presses share: markers filled, noise smoothed.
-
-    Attributes
-    ----------
-    boxes_px : tuple of two int
-        Sides of the two box filters, applied one after the other; 1 for none.
-    around_px : int
-        Side of the neighbourhood that markers are filled from; 0 for a gel without markers.
-    """
-
-    boxes_px: tuple[int, int] = (5, 5)
-    around_px: int = 0
-
-    @classmethod
-    def from_sigma(cls, reference_markers: NDArray[np.bool_] | None, blur_px: float) -> Smoothing:
-        """Choose box filters of about this standard deviation, and a neighbourhood for markers."""
-        # A box of side n has the variance (n² − 1) / 12. The second may be the next larger one.
-        first = 2 * int((np.sqrt(6 * blur_px**2 + 1) - 1) / 2) + 1
-        pairs = [(n, m) for n in (first, first + 2) for m in (n, n + 2)]
-        wanted = 12 * blur_px**2 + 2
-        nearest = min(pairs, key=lambda pair: abs(pair[0] ** 2 + pair[1] ** 2 - wanted))
-        return cls(nearest, around_markers(reference_markers))
-
-    def apply(
-        self,
-        pixels: NDArray[Any],
-        marker_mask: NDArray[np.bool_] | None,
-        out: NDArray[Any] | None = None,
-    ) -> NDArray[Any]:
-        """Fill the markers and smooth the noise of the coating.
-
-        Parameters
-        ----------
-        pixels : (H, W, K) uint8, uint16 or float32
-        marker_mask : (H, W) bool or None
-        out : (H, W, K), same dtype, optional
-            Memory for the result.
-
-        Returns
-        -------
-        (H, W, K), same dtype
-        """
-        shape = pixels.shape
-        if marker_mask is not None and self.around_px:
-            pixels = fill_markers(pixels, marker_mask, self.around_px)
-        for side in self.boxes_px:
-            if side > 1:
-                pixels = cv2.blur(pixels, (side, side), dst=out)
-        return np.asarray(pixels).reshape(shape)
-
-
-def fill_markers(
-    pixels: NDArray[Any], marker_mask: NDArray[np.bool_], size_px: int
-) -> NDArray[Any]:
-    """Replace the pixels of markers by the mean of the gel surface around them.
-
-    Parameters
-    ----------
-    pixels : (H, W, K) uint8, uint16 or float32
-    marker_mask : (H, W) bool
-    size_px : int
-        Side of the neighbourhood, larger than a marker.
-
-    Returns
-    -------
-    (H, W, K), same dtype
-    """
-    around = AroundMarkers(bare_mask(marker_mask), size_px)
-    filled = [around.fill_part(plane) for plane in planes_of(pixels)]
-    return np.asarray(cv2.merge(filled)).reshape(pixels.shape)
 
 
 def planes_of(pixels: NDArray[Any]) -> list[NDArray[Any]]:
@@ -221,35 +146,14 @@ class NORMALS:
     steepest_sine = 0.98
 
 
-def to_gradient(normal_xy: Float32) -> Float32:
-    """Slopes from the x and y components of unit normals.
-
-    Parameters
-    ----------
-    normal_xy : (..., 2) float32
-        Steeper ones than ``NORMALS.steepest_sine`` are shortened to it.
-
-    Returns
-    -------
-    (..., 2) float32
-        ∂z/∂x and ∂z/∂y.
-    """
-    square = (normal_xy * normal_xy).sum(-1, keepdims=True)
-    excess = np.maximum(square, NORMALS.steepest_sine**2) / NORMALS.steepest_sine**2
-    bounded = normal_xy / np.sqrt(excess)
-    return np.asarray(
-        bounded / np.sqrt(1 - np.minimum(square, NORMALS.steepest_sine**2)), np.float32
-    )
-
-
 def to_normal_xy(gradients: Float32) -> Float32:
-    """Components of unit normals from (..., 2) slopes; the inverse of :func:`to_gradient`."""
+    """Components of unit normals from (..., 2) slopes."""
     norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
     return np.asarray(gradients / norm, np.float32)
 
 
 def planes_to_gradient(nx: Float32, ny: Float32) -> None:
-    """Convert two planes of normal components to slopes in place; a faster :func:`to_gradient`.
+    """Convert two planes of normal components to slopes in place.
 
     Parameters
     ----------

@@ -9,8 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.shrinking import MOST_CHANNELS, shrink_image
-from tactile_core.algorithms.arrays.types import Bool
+from tactile_core.algorithms.arrays.shrinking import (
+    MOST_CHANNELS,
+    interpolate_cells,
+    shrink_image,
+)
+from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
 
@@ -75,6 +79,13 @@ class Sampling:
         around_px = -(-around_markers(marker_mask) // step)
         return cls(step, (rows, columns), remaining, around_px)
 
+    @classmethod
+    def at_every_pixel(
+        cls, shape: tuple[int, ...], marker_mask: Bool | None, blur_px: float
+    ) -> Self:
+        """Smooth (rows, columns) images with this standard deviation, at their full resolution."""
+        return cls(1, (shape[0], shape[1]), blur_px, around_markers(marker_mask))
+
     def wider(self) -> Self:
         """Return the sampling to coarse pixels of twice this side, whose mean is their smoothing.
 
@@ -95,6 +106,16 @@ class Sampling:
         """Smooth (H, W, K) intensities to (h, w, K), same dtype, with the markers filled."""
         parts = self._parts(pixels, marker_mask)
         return parts[0] if parts[0].ndim == 3 else np.dstack(parts)
+
+    def smooth_image(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
+        """Like :meth:`smooth`, interpolated to every pixel, (H, W, K) float32."""
+        size = pixels.shape[0], pixels.shape[1]
+        return np.dstack(
+            [
+                interpolate_cells(plane.astype(np.float32), self.step, size)
+                for plane in self.planes(pixels, marker_mask)
+            ]
+        )
 
     def planes(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[NDArray[Any]]:
         """Like :meth:`smooth`, as K planes of (h, w)."""

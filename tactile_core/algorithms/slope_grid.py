@@ -16,7 +16,6 @@ from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import (
     place,
     planes_to_gradient,
-    relative_change,
     to_normal_xy,
 )
 from tactile_core.algorithms.sampling import Sampling
@@ -82,29 +81,23 @@ def averaged_for_heights(shape: tuple[int, ...]) -> bool:
 Model = Callable[[Float32], Float32]
 
 
-class SLOPE_GRID:
-    """Parameters of the evaluation of slope models.
-
-    Nothing sets them from outside: they trade time against accuracy and depend on no sensor.
-    """
-
-    # [ratio] Range of the step of the coarse grid, over the step that gives the wanted number of
-    # points, in which a step that divides both sides is preferred.
-    least_step_ratio = 0.6
-    largest_step_ratio = 1.6
+# [count] About so many points of an image at which the dependence on the position is added to a
+# table. Chosen on recorded three-colour balls (ADR 6).
+_POINTS = 1_200
 
 
 class SlopeGrid:
-    """A slope model and its table, prepared for one reference on one grid.
+    """A slope model prepared for one reference on one grid.
 
-    Several threads may call :meth:`measure` at once.
+    With a table, the model is evaluated at a few points, and the table between them. Several
+    threads may call :meth:`measure` at once.
 
     Parameters
     ----------
     model : callable
         (N, K + 2) relative changes and position → (N, 2) x and y components of the unit normal.
-    table : ColourTable
-        The same model over the change alone.
+    table : ColourTable or None
+        The same model over the change alone; None evaluates the model in every cell.
     reference : (H, W, K) float32
         Image of the undeformed sensor.
     reference_markers : (H, W) bool or None
@@ -118,21 +111,21 @@ class SlopeGrid:
     def __init__(
         self,
         model: Model,
-        table: ColourTable,
+        table: ColourTable | None,
         reference: Float32,
         reference_markers: Bool | None,
         sampling: Sampling,
         full_scale: float = LEVELS.full_scale_8_bit,
     ) -> None:
         self._model, self._table, self._sampling = model, table, sampling
-        self._full_scale = full_scale
-        self._coarse = coarse_size(*sampling.shape, table.points)
+        points = sampling.shape[0] * sampling.shape[1] if table is None else _POINTS
+        self._coarse = coarse_size(*sampling.shape, points)
         base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
         floor = np.float32(LEVELS.least_divisor_share * full_scale)
         self._base = np.maximum(self._average_cells(base), floor).reshape(-1, base.shape[2])
         self._place = self._average_cells(place(sampling.shape)).reshape(-1, 2)
-        self._fine_base = np.maximum(base, floor)
-        self._base_u8 = np.rint(self._fine_base).clip(1, 255).astype(np.uint8)
+        if table is not None:
+            self._entries_per_level = np.float32(table.axis.per_unit) / np.maximum(base, floor)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame.
@@ -145,10 +138,11 @@ class SlopeGrid:
         """
         sampling = self._sampling
         smoothed = sampling.smooth(pixels, marker_mask)
-        normal_xy = np.empty((2, *sampling.shape), np.float32)
-        colours, normals = self._looked_up(self._table, smoothed, normal_xy)
-        self._to_slopes(normal_xy, self._from_model(colours).reshape(normals.shape) - normals)
+        normal_xy = self._from_model(self._average_cells(smoothed))
+        if self._table is not None:
+            normal_xy = self._between_points(normal_xy, self._look_up(self._table, smoothed))
         gx, gy = normal_xy
+        planes_to_gradient(gx, gy)
         return SlopeCells(gx, gy, sampling.step, averaged=sampling.averaged)
 
     def _average_cells(self, image: NDArray[Any]) -> Float32:
@@ -158,50 +152,36 @@ class SlopeGrid:
         )
 
     def _from_model(self, colours: Float32) -> Float32:
-        """Evaluate the model on the coarse grid, (2, N)."""
+        """Evaluate the model on the coarse grid, (2, h, w)."""
         change = colours.reshape(self._base.shape) / self._base - np.float32(1)
-        return self._model(np.concatenate([change, self._place], axis=1)).T
+        found = self._model(np.concatenate([change, self._place], axis=1))
+        return np.ascontiguousarray(found.T).reshape(2, *colours.shape[:2])
 
-    def _looked_up(
-        self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32
-    ) -> tuple[Float32, Float32]:
-        """Write the table's entry for each pixel into ``normal_xy`` (2, h, w).
-
-        Returns the means of the colours and of both components over the cells of the coarse grid.
-        """
-        self._look_up(table, smoothed, normal_xy)
-        averages = np.stack([self._average_cells(plane) for plane in normal_xy])
-        return self._average_cells(smoothed), averages
-
-    def _look_up(self, table: ColourTable, smoothed: NDArray[Any], normal_xy: Float32) -> None:
+    def _look_up(self, table: ColourTable, smoothed: NDArray[Any]) -> Float32:
+        """Return the table's entry for each cell, (2, h, w)."""
         h, w = smoothed.shape[:2]
         count = table.axis.count
-        # numbers of entries are exact in float32
-        strides = np.array([[count * count, count, 1]], np.float32)
-        bins = self._bins(table, smoothed).astype(np.float32)
-        entry = np.asarray(cv2.transform(bins, strides)).astype(np.intp)
-        found = table.normal_xy.reshape(-1).take(entry, mode="clip")
-        cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
-
-    def _bins(self, table: ColourTable, smoothed: NDArray[Any]) -> NDArray[np.uint8]:
-        """Index of the table's entry along each channel, (h, w, 3)."""
-        if smoothed.dtype != np.uint8:
-            change = relative_change(smoothed, self._fine_base, full_scale=self._full_scale)
-            return table.bins(change)
-        ratio = cv2.divide(smoothed, self._base_u8, scale=table.axis.per_unit)
+        ratio = cv2.multiply(smoothed, self._entries_per_level, dtype=cv2.CV_8U)
         # On a single channel the subtraction takes a scalar and saturates at the first entry.
-        rows = np.asarray(ratio).reshape(len(ratio), -1)
+        rows = np.asarray(ratio).reshape(h, -1)
         cv2.subtract(rows, np.array([table.axis.first], float), dst=rows)
         cv2.min(rows, np.array([table.axis.last], float), dst=rows)
-        return rows.reshape(smoothed.shape).astype(np.uint8, copy=False)
+        # numbers of entries are exact in float32
+        strides = np.array([[count * count, count, 1]], np.float32)
+        bins = rows.reshape(h, w, 3).astype(np.float32)
+        entry = np.asarray(cv2.transform(bins, strides)).astype(np.intp)
+        found = table.normal_xy.reshape(-1).take(entry, mode="clip")
+        normal_xy = np.empty((2, h, w), np.float32)
+        cv2.split(found.view(np.float32).reshape(h, w, 2), list(normal_xy))
+        return normal_xy
 
-    def _to_slopes(self, normal_xy: Float32, missing: Float32) -> None:
-        """Add the interpolated correction of the coarse grid to ``normal_xy`` (2, h, w)."""
-        for plane, coarse in zip(normal_xy, missing, strict=True):
-            wide = cv2.resize(coarse, plane.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    def _between_points(self, exact: Float32, normal_xy: Float32) -> Float32:
+        """Add to ``normal_xy`` what it lacks at the points of the coarse grid, interpolated."""
+        for plane, coarse in zip(normal_xy, exact, strict=True):
+            missing = coarse - self._average_cells(plane)
+            wide = cv2.resize(missing, plane.shape[::-1], interpolation=cv2.INTER_LINEAR)
             cv2.add(plane, wide, dst=plane)
-        gx, gy = normal_xy
-        planes_to_gradient(gx, gy)
+        return normal_xy
 
 
 def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
@@ -210,7 +190,6 @@ def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
     A step that divides both sides is preferred: averaging over whole pixels is much faster.
     """
     ideal = max(1.0, (rows * columns / points) ** 0.5)
-    least, largest = SLOPE_GRID.least_step_ratio, SLOPE_GRID.largest_step_ratio
-    steps = range(max(1, round(least * ideal)), round(largest * ideal) + 1)
+    steps = range(max(1, round(0.6 * ideal)), round(1.6 * ideal) + 1)  # as many points within 2.6
     step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
     return max(1, columns // step), max(1, rows // step)

@@ -19,14 +19,12 @@ from tactile_core.algorithms.colour_table import (
     coarse_count,
     refine_table,
 )
-from tactile_core.algorithms.slope_field import takes_table
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.slope_models.model_file import Arrays, table_arrays, table_from
 from tactile_core.interfaces.slope_models.samples import (
     SlopeOptions,
     baked,
-    faithful,
     samples_of,
     scale_of,
     shape_of,
@@ -134,8 +132,6 @@ class LookupTableCalibrator(Calibrator):
         missing = normal_xy - table.nearest(features[:, :3])
         around = fit_polynomial(features, missing, order=LOOKUP.order, ridge=LOOKUP.ridge)
         function = TableModel(table, around)
-        if takes_table(shape):
-            table = faithful(table, function, presses, reference, blur_px) or table
         return LookupTable(SlopeModel(function, shape, blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:
@@ -234,7 +230,7 @@ class PolynomialCalibrator(Calibrator):
             ridge=options.ridge,
             variation=variation,
         )
-        table = baked(function, features, presses, reference, blur_px)
+        table = baked(function, features, shape_of(reference))
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:

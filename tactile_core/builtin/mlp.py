@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit
-from tactile_core.algorithms.network import Committee, Network, train
+from tactile_core.algorithms.network import Networks, train
 from tactile_core.builtin.lookup_table import PolynomialCalibrator, PolynomialOptions, fit_curve
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -60,62 +59,58 @@ class MlpOptions(SlopeOptions):
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Networks whose outputs are averaged with each other and with a polynomial.
+    """The mean of networks, averaged with a polynomial.
 
     Attributes
     ----------
-    members : tuple of Network
+    networks : Networks
     polynomial : PolynomialFit or None
     share : float
-        Weight of the polynomial; the networks share the rest equally.
+        Weight of the polynomial; the networks have the rest.
     """
 
-    members: tuple[Network, ...]
+    networks: Networks
     polynomial: PolynomialFit | None = None
     share: float = 0.0
 
     def __call__(self, features: Float32) -> Float32:
         """Map (N, K + 2) features to the (N, 2) components of unit normals."""
-        total = self._committee(features)
+        mean = self.networks(features)
         if self.polynomial is None:
-            return total / np.float32(len(self.members))
-        total *= np.float32((1 - self.share) / len(self.members))
-        total += np.float32(self.share) * self.polynomial(features)
-        return total
-
-    @cached_property
-    def _committee(self) -> Committee:
-        return Committee(self.members)
+            return mean
+        share = np.float32(self.share)
+        return (1 - share) * mean + share * self.polynomial(features)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return all weights and biases, and the scale of the features."""
+        networks = self.networks
         arrays: dict[str, NDArray[Any]] = {
-            "members": np.array(len(self.members)),
-            "mean": self.members[0].mean,
-            "std": self.members[0].std,
+            "members": np.array(len(networks.layers[0])),
+            "mean": networks.mean,
+            "std": networks.std,
         }
         if self.polynomial is not None:
             named = {_PREFIX + name: array for name, array in self.polynomial.arrays().items()}
             arrays |= {"share": np.array(self.share), **named}
-        for m, member in enumerate(self.members):
-            for depth, (weight, bias) in enumerate(member.layers):
-                arrays |= {f"weight_{m}_{depth}": weight, f"bias_{m}_{depth}": bias}
+        for depth, layer in enumerate(networks.layers):
+            for m, one in enumerate(layer):
+                arrays |= {f"weight_{m}_{depth}": one[:-1], f"bias_{m}_{depth}": one[-1]}
         return arrays
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> Self:
         """Rebuild the networks from :meth:`arrays`."""
-        members = []
-        for m in range(int(arrays["members"])):
-            depths = sum(name.startswith(f"weight_{m}_") for name in arrays)
-            layers = tuple(
-                (arrays[f"weight_{m}_{d}"], arrays[f"bias_{m}_{d}"]) for d in range(depths)
-            )
-            members.append(Network(arrays["mean"], arrays["std"], layers))
+        members = range(int(arrays["members"]))
+        depths = sum(name.startswith("weight_0_") for name in arrays)
+        layers = []
+        for depth in range(depths):
+            parts = [(arrays[f"weight_{m}_{depth}"], arrays[f"bias_{m}_{depth}"]) for m in members]
+            layers.append(np.stack([np.vstack(part) for part in parts]))
+        networks = Networks(arrays["mean"], arrays["std"], layers)
         if "share" not in arrays:
-            return cls(tuple(members))
+            return cls(networks)
         named = {name.removeprefix(_PREFIX): arrays[name] for name in arrays if _PREFIX in name}
-        return cls(tuple(members), PolynomialFit.from_arrays(named), float(arrays["share"]))
+        return cls(networks, PolynomialFit.from_arrays(named), float(arrays["share"]))
 
 
 class Mlp(SlopeCalibration):
@@ -144,7 +139,7 @@ class MlpCalibrator(Calibrator):
         options, blur_px = self.options, self.smoothing_px(scale_of(presses))
         features, normal_xy = samples_of(presses, reference, blur_px=blur_px)
         seen = _with_gain_noise(features, options.gain_noise, options.seed)
-        members = train(
+        networks = train(
             seen,
             normal_xy,
             hidden=(options.width,) * options.layers,
@@ -152,17 +147,11 @@ class MlpCalibrator(Calibrator):
             noise=options.noise,
             seeds=range(options.seed, options.seed + options.members),
         )
-        function = self._with_polynomial(members, seen, normal_xy)
-        table = baked(function, features, presses, reference, blur_px)
+        share = options.polynomial_share
+        curve = fit_curve(seen, normal_xy) if share else None
+        function = Ensemble(networks, curve, share)
+        table = baked(function, features, shape_of(reference))
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
-
-    def _with_polynomial(
-        self, members: Sequence[Network], features: Float32, normal_xy: Float32
-    ) -> Ensemble:
-        share = self.options.polynomial_share
-        if not share:
-            return Ensemble(tuple(members))
-        return Ensemble(tuple(members), fit_curve(features, normal_xy), share)
 
     def smoothing_px(self, mm_per_px: float) -> float:
         """Smoothing set by the options."""

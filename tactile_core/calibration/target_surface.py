@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.photometric import Smoothing
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import Tmd, read_tmd
 from tactile_core.interfaces.calibrator import Press
@@ -228,8 +228,8 @@ class HeightTarget:
 
     @cached_property
     def _smoothed_mm(self) -> Float32:
-        smoothing = Smoothing.from_sigma(None, self.blur_px)
-        return np.asarray(smoothing.apply(self.height_mm[..., None], None)[..., 0], np.float32)
+        smoothing = Sampling.at_every_pixel(self.height_mm.shape, None, self.blur_px)
+        return smoothing.smooth_image(self.height_mm[..., None], None)[..., 0]
 
     @cached_property
     def usable(self) -> Bool:

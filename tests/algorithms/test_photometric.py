@@ -4,12 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.photometric import (
-    Smoothing,
     around_markers,
-    fill_markers,
     place,
     relative_change,
 )
+from tactile_core.algorithms.sampling import Sampling
 
 
 @given(st.floats(0.2, 2.0))
@@ -32,7 +31,7 @@ def test_noise_of_one_grey_level_in_the_dark_is_no_large_change() -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_smoothing_keeps_a_uniform_image_and_its_dtype(dtype: type) -> None:
     flat = np.full((20, 30, 3), 77, dtype)
-    smoothed = Smoothing().apply(flat, None)
+    smoothed = Sampling.at_every_pixel(flat.shape, None, 2.0).smooth(flat, None)
     assert smoothed.dtype == dtype
     np.testing.assert_allclose(smoothed, 77, atol=1e-3)
 
@@ -41,24 +40,17 @@ def test_smoothing_keeps_a_uniform_image_and_its_dtype(dtype: type) -> None:
 def test_smoothing_has_the_requested_standard_deviation(blur_px: float) -> None:
     point = np.zeros((81, 81, 1), np.float32)
     point[40, 40] = 1
-    spread = Smoothing.from_sigma(None, blur_px).apply(point, None)[..., 0].sum(0)
+    spread = Sampling.at_every_pixel(point.shape, None, blur_px).smooth(point, None)[..., 0].sum(0)
     deviation = np.sqrt((spread * (np.arange(81) - 40) ** 2).sum())
-    # the sides of boxes are odd: 1, 3, 5 …
+    # the window ends at two and a half standard deviations
     assert abs(deviation - blur_px) < 0.75
-
-
-def test_smoothing_into_a_buffer_changes_nothing() -> None:
-    pixels = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
-    out = np.empty_like(pixels)
-    fresh = Smoothing().apply(pixels, None)
-    np.testing.assert_array_equal(Smoothing().apply(pixels, None, out), fresh)
 
 
 def test_any_number_of_channels_is_smoothed_and_filled() -> None:
     marker_mask = np.zeros((40, 50), bool)
     marker_mask[10:16, 10:16] = True
     pixels = np.where(marker_mask[..., None], 5, np.full((40, 50, 6), 90)).astype(np.uint8)
-    smoothed = Smoothing.from_sigma(marker_mask, 2.0).apply(pixels, marker_mask)
+    smoothed = Sampling.at_every_pixel((40, 50), marker_mask, 2.0).smooth(pixels, marker_mask)
     np.testing.assert_allclose(smoothed.astype(int), 90, atol=1)
 
 
@@ -70,7 +62,7 @@ def test_filled_markers_leave_no_trace_on_a_gentle_gradient(radius: int) -> None
     for cx, cy in ((40, 40), (110, 70), (70, 95)):
         marker_mask |= np.hypot(x - cx, y - cy) <= radius
     printed = np.where(marker_mask[..., None], 10, surface).astype(np.uint8)
-    filled = fill_markers(printed, marker_mask, around_markers(marker_mask))
+    filled = Sampling.at_every_pixel((120, 160), marker_mask, 0.0).smooth(printed, marker_mask)
     assert np.abs(filled.astype(int) - surface).max() <= 4
     np.testing.assert_array_equal(filled[~marker_mask], printed[~marker_mask])
 

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
-from tactile_core.algorithms.photometric import Smoothing
 from tactile_core.algorithms.sampling import Sampling
 
 
@@ -48,7 +47,7 @@ def test_little_smoothing_keeps_every_pixel():
 
 def test_the_coarse_grid_is_as_smooth_as_the_full_size():
     noise = np.random.default_rng(0).normal(size=(240, 320)).astype(np.float32)
-    full = Smoothing.from_sigma(None, 2.0).apply(noise[..., None], None)[..., 0]
+    full = Sampling.at_every_pixel(noise.shape, None, 2.0).smooth(noise[..., None], None)[..., 0]
     coarse = there_and_back(noise, 2.0)
     assert coarse.std() == pytest.approx(full.std(), rel=0.25)
     assert np.corrcoef(coarse.ravel(), full.ravel())[0, 1] > 0.95

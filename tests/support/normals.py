@@ -1,4 +1,4 @@
-"""Reads the normals that a run writes."""
+"""Normals of surfaces, and what a run writes of them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from tactile_core.formats.images import read_image
+
+
+def to_gradient(normal_xy: np.ndarray) -> np.ndarray:
+    """(..., 2) slopes of unit normals with these x and y components, shorter than 0.98."""
+    facing = np.sqrt(1 - np.minimum((normal_xy**2).sum(-1, keepdims=True), 0.98**2))
+    return np.asarray(normal_xy / facing, np.float32)
 
 
 def read_normals(path: Path) -> np.ndarray:

@@ -12,13 +12,11 @@ from tactile_baxter_fingertip.hue_correction import CORRECTION, HueCorrection, t
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, angle_of
 from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
+from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.drift import LEVELS
-from tactile_core.algorithms.photometric import (
-    Smoothing,
-    place,
-    planes_to_gradient,
-    relative_change,
-)
+from tactile_core.algorithms.photometric import place, planes_to_gradient, relative_change
+from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.slope_grid import SlopeCells
 
 Bool = NDArray[np.bool_]
 Complex64 = NDArray[np.complex64]
@@ -54,21 +52,26 @@ class ReferenceLight:
         blur_px: float,
         light_blur_px: float,
     ) -> None:
-        self._smoothing = Smoothing.from_sigma(marker_mask, blur_px)
+        self._sampling = Sampling.for_shape(reference.shape[:2], marker_mask, blur_px)
         base = self.smooth_pixels(reference, marker_mask)
         if light_blur_px:
-            spread = (0, 0)
-            blurred = cv2.GaussianBlur(base, spread, light_blur_px, borderType=cv2.BORDER_REFLECT)
-            base = np.asarray(blurred, np.float32)
+            sigma = light_blur_px / self.step_px
+            base = np.asarray(
+                cv2.GaussianBlur(base, (0, 0), sigma, borderType=cv2.BORDER_REFLECT), np.float32
+            )
         self.base = base
         self.full_scale = full_scale
 
+    @property
+    def step_px(self) -> int:
+        """Side in px of a cell of the grid that holds the smoothed images."""
+        return self._sampling.step
+
     def smooth_pixels(self, pixels: NDArray[Any], marker_mask: Bool | None) -> Float32:
-        """Return (H, W, 3) float32 smoothed intensities, with markers filled in."""
+        """Return (h, w, 3) float32 smoothed intensities, with markers filled in."""
         # Rounding the averages to bytes would double their noise.
-        return np.asarray(
-            self._smoothing.apply(np.asarray(pixels, np.float32), marker_mask), np.float32
-        )
+        smoothed = self._sampling.smooth(np.asarray(pixels, np.float32), marker_mask)
+        return np.asarray(smoothed, np.float32)
 
     def features(
         self,
@@ -78,12 +81,14 @@ class ReferenceLight:
         columns: NDArray[np.int32],
     ) -> Float32:
         """Return (N, 5) relative changes and positions of N pixels."""
+        shape = pixels.shape[:2]
         smoothed, base = (
-            self.smooth_pixels(pixels, marker_mask)[rows, columns],
-            self.base[rows, columns],
+            np.dstack([interpolate_cells(plane, self.step_px, shape) for plane in cv2.split(image)])
+            for image in (self.smooth_pixels(pixels, marker_mask), self.base)
         )
-        change = relative_change(smoothed, base, full_scale=self.full_scale)
-        return np.concatenate([change, place(pixels.shape[:2])[rows, columns]], axis=1)
+        at = rows, columns
+        change = relative_change(smoothed[at], base[at], full_scale=self.full_scale)
+        return np.concatenate([change, place(shape)[at]], axis=1)
 
 
 class HueField:
@@ -122,8 +127,8 @@ class HueField:
         step = max(1, min(h, w) // SURVEYED_ROWS)
         self._sparse = np.s_[step // 2 :: step, step // 2 :: step]
 
-    def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> tuple[Float32, Float32]:
-        """Return the slopes ∂z/∂x and ∂z/∂y, two (H, W) float32 planes."""
+    def measure(self, pixels: NDArray[Any], marker_mask: Bool | None) -> SlopeCells:
+        """Return the slopes of a frame (H, W, 3)."""
         colour = self._colour(pixels, marker_mask)
         normal_xy = self._decode_colours(colour)
         strength = self._correction.strength(self._steep_share(normal_xy))
@@ -138,7 +143,7 @@ class HueField:
             parts.append(total)
         gx, gy = parts
         planes_to_gradient(gx, gy)
-        return gx, gy
+        return SlopeCells(gx, gy, self._light.step_px)
 
     def steep_share(self, pixels: NDArray[Any], marker_mask: Bool | None) -> float:
         """Return the share of sloped pixels of a frame (H, W, 3)."""
@@ -148,7 +153,7 @@ class HueField:
         return float((np.abs(normal_xy[self._sparse]) > CORRECTION.steep_sine).mean())
 
     def _colour(self, pixels: NDArray[Any], marker_mask: Bool | None) -> list[Float32]:
-        """Return chroma axes and intensity, in entries of the tables, as three (H, W) planes."""
+        """Return chroma axes and intensity, in entries of the tables, as three (h, w) planes."""
         channels = cv2.split(self._light.smooth_pixels(pixels, marker_mask))
         planes = []
         for weights, offset in zip(self._weights, self._offsets, strict=True):

@@ -7,14 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Self
 
-import cv2
 import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_correction import HueCorrection, fit_correction
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, PitchFrom, fit_decoder
 from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
-from tactile_core.algorithms.drift import LEVELS
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -29,9 +27,8 @@ from tactile_core.interfaces.slope_models.samples import (
     shape_of,
     too_few,
 )
-from tactile_core.interfaces.slope_models.slope_model import ForReference
+from tactile_core.interfaces.slope_models.slope_model import ForReference, slopes_of
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
-from tactile_core.quantities.quantity import on_demand
 
 CHANNELS = 3  # Hue needs three channels
 
@@ -91,8 +88,8 @@ class HueIntensity(Calibration):
     def measure(self, frame: Frame, reference: Reference) -> Gradients:
         """Return the slopes of one frame.
 
-        They are valid where no marker hides the gel surface, no channel is saturated and not all
-        channels are dark.
+        They are valid where no marker hides the gel surface, no channel is saturated and at most
+        one is dark.
 
         Raises
         ------
@@ -101,10 +98,8 @@ class HueIntensity(Calibration):
             scales of frame and reference differ.
         """
         check_fitting(frame, reference, self._shape)
-        gx, gy = self._field(reference).measure(frame.pixels, frame.marker_mask)
-        return Gradients(
-            gx, gy, on_demand(lambda: _valid(frame)), frame.mm_per_px, frame.timestamp_s
-        )
+        cells = self._field(reference).measure(frame.pixels, frame.marker_mask)
+        return slopes_of(frame, cells, lambda: _has_hue(frame))
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
@@ -210,15 +205,6 @@ def _steep_share(field: HueField, presses: Sequence[Press]) -> float:
     return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))
 
 
-def _valid(frame: Frame) -> Bool:
-    """Return where the hue can be measured: no channel saturated, not all dark, no marker."""
-    valid: Bool = np.ones(frame.pixels.shape[:2], np.bool_)
-    # The extremes are rarely out of range, and found ten times faster than a mask is built.
-    darkest, brightest, *_ = cv2.minMaxLoc(frame.pixels.reshape(len(frame.pixels), -1))
-    if brightest >= LEVELS.saturation_share * frame.full_scale:
-        valid &= ~frame.saturated.any(axis=2)
-    if darkest <= LEVELS.dark_share * frame.full_scale:
-        valid &= (frame.pixels > LEVELS.dark_share * frame.full_scale).any(axis=2)
-    if frame.marker_mask is not None:
-        valid &= ~frame.marker_mask
-    return valid
+def _has_hue(frame: Frame) -> Bool:
+    """Whether no channel of a pixel is saturated, (H, W) bool: the others do not give its hue."""
+    return np.asarray(~frame.saturated.any(axis=2))

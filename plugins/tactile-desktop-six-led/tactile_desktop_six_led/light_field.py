@@ -12,12 +12,7 @@ from tactile_core.algorithms.arrays import regression
 Float32 = NDArray[np.float32]
 
 
-class LIGHT_FIELD:
-    """Parameters of the light field. Nothing sets them from outside."""
-
-    # [ratio to the reference] Smaller ratios are raised to this one, as dark noise dominates
-    # them.
-    least_ratio = 0.01
+LEAST_RATIO = 0.01  # Smaller ratios to the reference are raised to this: dark noise dominates them
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +56,7 @@ class LightField:
 
     def response(self, change: Float32) -> Float32:
         """Return (..., K) linear responses relative to the undeformed surface, from changes."""
-        ratio = np.maximum(change + 1, LIGHT_FIELD.least_ratio)
+        ratio = np.maximum(change + 1, LEAST_RATIO)
         return np.asarray(ratio**self.exponents - 1, np.float32)
 
     def directions(self, response: Float32, position: Float32) -> Float32:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays import regression
-from tactile_desktop_six_led.light_field import LIGHT_FIELD, LightField
+from tactile_desktop_six_led.light_field import LEAST_RATIO, LightField
 
 Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
@@ -92,7 +92,7 @@ def fit_light_field(
     target = normal_xy[pick]
     terms = regression.terms(features[pick, -2:], 2).astype(np.float64)
     lights = change.shape[1]
-    logs = np.log(np.maximum(change + 1, LIGHT_FIELD.least_ratio))
+    logs = np.log(np.maximum(change + 1, LEAST_RATIO))
     start = _linear_start(change, terms, target)
     penalty = np.full(len(start), LIGHT_FIT.ridge)
     penalty[:lights] = LIGHT_FIT.exponent_ridge

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
-from tactile_core.algorithms.photometric import around_markers, fill_markers
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration, Compensation
+from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.slope_models.model_file import (
@@ -34,9 +34,8 @@ from tactile_core.interfaces.slope_models.samples import (
     shape_of,
 )
 from tactile_core.interfaces.slope_models.slope_model import ForReference, slopes_of
-from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
+from tactile_core.quantities import Bool, Frame, Gradients, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, light_directions
-from tactile_desktop_six_led.light_drift import LightDrift, fit_light_drift
 from tactile_desktop_six_led.light_field import LightField
 from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.lit_lights import LitLights, fit_lit_lights
@@ -45,13 +44,6 @@ from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
 FEWEST_LIGHTS = 3  # A normal times an albedo has three unknowns
-
-
-class STEREO:
-    """Parameters of calibrating photometric stereo. Nothing sets them from outside."""
-
-    # [count] Calibration frames from which the zero of the drift is estimated, about.
-    drift_frames = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,19 +56,18 @@ class StereoModel:
         Normals from all lights, and their change by a press.
     lit_lights
         Normals beyond the calibrated slopes.
-    redundancy, drift
-        What shows a light in shadow, and a light that drifts.
+    redundancy
+        What shows a light in shadow or with a highlight.
     """
 
     field: LightField
     redundancy: Redundancy
-    drift: LightDrift
     press_light: PressLight
     lit_lights: LitLights
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the fitted arrays by name."""
-        parts = self.field, self.redundancy, self.drift, self.press_light, self.lit_lights
+        parts = self.field, self.redundancy, self.press_light, self.lit_lights
         return {name: array for part in parts for name, array in arrays_of(part).items()}
 
 
@@ -101,12 +92,10 @@ class PhotometricStereo(Calibration):
     """Photometric stereo with a light field, a response per light, and outlier rejection.
 
     Works with three lights or more. With five lights or more, the response of a light in shadow or
-    with a highlight is replaced by the prediction of the others; with six or more, of two lights.
-    Drift of a light is estimated from the others, too. The model is physical, so that it
-    extrapolates to slopes steeper than those of the calibration, where a regression levels off.
+    with a highlight is replaced by the prediction of the others.
+    The model is physical, so that it extrapolates to slopes steeper than those of the calibration,
+    where a regression levels off.
     """
-
-    compensation: ClassVar[Compensation] = "none"
 
     def __init__(
         self, model: StereoModel, shape: ImageShape, blur_px: float, light_blur_px: float
@@ -140,13 +129,10 @@ class PhotometricStereo(Calibration):
         return StereoField(
             self._model.field,
             self._model.redundancy,
-            self._model.drift,
             self._model.press_light,
             self._model.lit_lights,
-            without_grain(reference, self._light_blur_px).pixels,
-            reference.marker_mask,
-            full_scale=reference.full_scale,
-            blur_px=self._blur_px,
+            without_grain(reference, self._light_blur_px),
+            self._blur_px,
         )
 
     def save(self, directory: Path) -> None:
@@ -171,7 +157,6 @@ class PhotometricStereo(Calibration):
             model = StereoModel(
                 part_from(LightField, arrays),
                 part_from(Redundancy, arrays),
-                part_from(LightDrift, arrays),
                 part_from(PressLight, arrays),
                 part_from(LitLights, arrays),
             )
@@ -191,7 +176,6 @@ class PhotometricCalibrator(Calibrator):
        elastomeric sensor", ACM Transactions on Graphics 30(4), 2011.
     """
 
-    compensation: ClassVar[Compensation] = "none"
     Options: ClassVar[type[BaseModel]] = StereoOptions
     options: StereoOptions
 
@@ -214,19 +198,15 @@ class PhotometricCalibrator(Calibrator):
         light = without_grain(reference, light_blur_px)
         features, normal_xy = samples_of(presses, light, blur_px=blur_px)
         field, tilt = fit_light_field(features, normal_xy)
-        response = field.response(features[:, :-2]).T
-        redundancy = fit_redundancy(response)
-        drift = fit_light_drift(response, field(features).T, field.exponents, redundancy)
-        b = field.directions(response, features[:, -2:])
-        b[:2] += PressLight(tilt, 0.0).tilt_at(features[:, -2:]) * normal_xy.any(axis=1)
+        response, position = field.response(features[:, :-2]).T, features[:, -2:]
+        b = field.directions(response, position)
+        b[:2] += PressLight(tilt, 0.0).tilt_at(position) * normal_xy.any(axis=1)
         fitted = (b[:2] / np.linalg.norm(b, axis=0)).T
-        lit_lights = fit_lit_lights(response, features[:, -2:], normal_xy, fitted)
-        model = StereoModel(field, redundancy, drift, PressLight(tilt, 0.0), lit_lights)
+        lit_lights = fit_lit_lights(response, position, normal_xy, fitted)
+        redundancy = fit_redundancy(response)
+        model = StereoModel(field, redundancy, PressLight(tilt, 0.0), lit_lights)
         prepared = PhotometricStereo(model, shape, blur_px, light_blur_px).field(reference)
-        zero, steep_share = _zeros(prepared, presses, field.exponents)
-        model = replace(
-            model, drift=replace(drift, zero=zero), press_light=PressLight(tilt, steep_share)
-        )
+        model = replace(model, press_light=PressLight(tilt, _steep_share(prepared, presses)))
         return PhotometricStereo(model, shape, blur_px, light_blur_px)
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
@@ -249,9 +229,8 @@ def without_grain(reference: Reference, blur_px: float) -> Reference:
     """
     if not blur_px:
         return reference
-    pixels = np.asarray(reference.pixels, np.float32)
-    if reference.marker_mask is not None and reference.marker_mask.any():
-        pixels = fill_markers(pixels, reference.marker_mask, around_markers(reference.marker_mask))
+    filled = Sampling.at_every_pixel(reference.pixels.shape, reference.marker_mask, 0.0)
+    pixels = filled.smooth_image(reference.pixels, reference.marker_mask)
     # Reflection with the sign reversed continues a slope beyond the border, and smoothing twice
     # keeps a curvature.
     margin = min(round(3 * blur_px), *(side - 1 for side in pixels.shape[:2]))
@@ -264,13 +243,8 @@ def without_grain(reference: Reference, blur_px: float) -> Reference:
     return replace(reference, pixels=np.stack(planes, axis=2))
 
 
-def _zeros(
-    field: StereoField, presses: Sequence[Press], exponents: Float32
-) -> tuple[Float32, float]:
-    """Return means over calibration frames: (K,) change of the responses, share of slopes."""
+def _steep_share(field: StereoField, presses: Sequence[Press]) -> float:
+    """Return the mean share of sloped pixels of about five calibration frames."""
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
-    frames = list(pressed.values())
-    some = frames[:: max(1, len(frames) // STEREO.drift_frames)]
-    found = [field.survey(frame.pixels, frame.marker_mask) for frame in some]
-    gains, shares = np.stack([gains for gains, _ in found]), [share for _, share in found]
-    return np.asarray((gains**exponents - 1).mean(axis=0), np.float32), float(np.mean(shares))
+    some = list(pressed.values())[:: max(1, len(pressed) // 5)]
+    return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))

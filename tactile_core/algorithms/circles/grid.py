@@ -13,7 +13,8 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.circles.press_fit import PRESS_FIT
-from tactile_core.algorithms.photometric import Smoothing, place, relative_change
+from tactile_core.algorithms.photometric import place, relative_change
+from tactile_core.algorithms.sampling import Sampling
 
 
 class BALL_GRID:
@@ -147,10 +148,10 @@ class _Balls:
     ) -> Self:
         """Prepare the features of a frame: its relative change, and perhaps the position."""
         blur_px = max(BALL_GRID.least_blur_px, BALL_GRID.blur_radii * radius_px)
-        smoothing = Smoothing.from_sigma(image.marker_mask, blur_px)
+        smoothing = Sampling.at_every_pixel(image.pixels.shape, image.marker_mask, blur_px)
         features = relative_change(
-            smoothing.apply(image.pixels, image.marker_mask),
-            np.asarray(smoothing.apply(image.reference, image.marker_mask), np.float32),
+            smoothing.smooth(image.pixels, image.marker_mask),
+            smoothing.smooth_image(image.reference, image.marker_mask),
             full_scale=image.full_scale,
         )
         if with_place:

@@ -93,7 +93,6 @@ def table_arrays(table: ColourTable) -> dict[str, NDArray[Any]]:
     return {
         "table": table.normal_xy,
         "table_axis": np.array([table.axis.per_unit, table.axis.first]),
-        "table_points": np.array(table.points),
     }
 
 
@@ -110,4 +109,4 @@ def table_from(arrays: Arrays) -> ColourTable:
     if normal_xy.ndim != 3 or len(set(normal_xy.shape)) != 1:
         raise ValueError("the array of a table is a cube")
     axis = Axis(float(per_unit), int(first), len(normal_xy))
-    return ColourTable(axis, normal_xy, int(arrays["table_points"]))
+    return ColourTable(axis, normal_xy)

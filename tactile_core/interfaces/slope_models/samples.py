@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -11,7 +10,7 @@ from pydantic import Field, model_validator
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 from tactile_core.algorithms.photometric import to_normal_xy
-from tactile_core.algorithms.slope_field import Sampler, SlopeField, takes_table
+from tactile_core.algorithms.slope_field import Sampler, SlopeField
 from tactile_core.algorithms.slope_grid import Model
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces import device
@@ -192,65 +191,16 @@ def too_few(presses: Sequence[Press]) -> CalibrationError:
     )
 
 
-class SLOPE_TABLE:
-    """Parameters of choosing a table.
+def takes_table(shape: ImageShape) -> bool:
+    """Whether images (H, W, K) are large and have three channels, so that a table saves time.
 
-    Nothing sets them: the choice is checked against the model.
+    On 160 × 120 pixels a network is as fast, and exact.
     """
-
-    # [count] Numbers of points of the coarse grid over the image that are tried, in this order.
-    # Source: by hand, each grid is twice as fine as the one before.
-    points: tuple[int, ...] = (1_200, 4_800, 19_200)
-    # [sine of the angle] Largest mean distance between table and model. Source: the sine of 1°,
-    # half the error of the best models (``docs/reference/accuracy.md``).
-    largest_error = 0.0175
-    presses_compared = 4  # [count] Presses on which table and model are compared
+    return shape[2] == 3 and shape[0] * shape[1] > 20_000
 
 
-def baked(
-    model: Model,
-    features: Float32,
-    presses: Sequence[Press],
-    reference: Reference,
-    blur_px: float,
-) -> ColourTable | None:
+def baked(model: Model, features: Float32, shape: ImageShape) -> ColourTable | None:
     """Return a table of a model over the colours of the training pixels; None if not needed."""
-    height, width, channels = shape_of(reference)
-    if not takes_table((height, width, channels)):
+    if not takes_table(shape):
         return None
-    table = bake(model, Axis.spanning(features[:, :3]), aspect=height / width)
-    return faithful(table, model, presses, reference, blur_px)
-
-
-def faithful(
-    table: ColourTable,
-    model: Model,
-    presses: Sequence[Press],
-    reference: Reference,
-    blur_px: float,
-) -> ColourTable | None:
-    """Return the table on the coarsest grid that reproduces its model on some presses.
-
-    The necessary number of points depends on how fast the light varies over the gel.
-
-    Returns
-    -------
-    ColourTable, or None if no grid is fine enough
-    """
-    sampler = sampler_of(reference, blur_px)
-    step = max(1, len(presses) // SLOPE_TABLE.presses_compared)
-    some = presses[::step][: SLOPE_TABLE.presses_compared]
-    for points in SLOPE_TABLE.points:
-        candidate = replace(table, points=points)
-        field = slope_field(model, candidate, reference, blur_px)
-        distances = []
-        for press in some:
-            at = press.rows, press.columns
-            cells = field.measure(press.frame.pixels, press.frame.marker_mask)
-            gx, gy = cells.image(press.frame.pixels.shape[:2])
-            exact = model(sampler.features(press.frame.pixels, press.frame.marker_mask, *at))
-            fast = to_normal_xy(np.stack([gx[at], gy[at]], axis=1))
-            distances.append(np.linalg.norm(fast - exact, axis=1))
-        if np.concatenate(distances).mean() < SLOPE_TABLE.largest_error:
-            return candidate
-    return None
+    return bake(model, Axis.spanning(features[:, :3]), aspect=shape[0] / shape[1])

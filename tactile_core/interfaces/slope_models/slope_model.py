@@ -26,7 +26,12 @@ from tactile_core.interfaces.slope_models.model_file import (
     table_from,
     write_model,
 )
-from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting, slope_field
+from tactile_core.interfaces.slope_models.samples import (
+    ImageShape,
+    check_fitting,
+    slope_field,
+    takes_table,
+)
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Quantity, Reference
 from tactile_core.quantities.quantity import Grid, on_demand
 
@@ -130,7 +135,8 @@ class SlopeModel(Generic[F]):
 
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
-        return slope_field(self.function, self.table, reference, self.blur_px)
+        table = self.table if takes_table(self.shape) else None
+        return slope_field(self.function, table, reference, self.blur_px)
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""

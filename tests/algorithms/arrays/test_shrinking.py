@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.drift import channel_gains
-from tactile_core.algorithms.photometric import fill_markers
+from tactile_core.algorithms.sampling import Sampling
 
 sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))
@@ -31,7 +31,7 @@ def test_markers_are_filled_under_six_lights(dtype: type) -> None:
     markers = np.zeros((101, 133), np.bool_)
     markers[40:60, 50:70] = True
     pixels[markers] = 5
-    filled = fill_markers(pixels, markers, 41)
+    filled = Sampling(1, (101, 133), 0.0, 41).smooth(pixels, markers)
     assert filled.dtype == dtype
     np.testing.assert_allclose(filled[50, 60], levels, atol=2)
 

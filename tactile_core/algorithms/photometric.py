@@ -15,18 +15,11 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.algorithms.drift import LEVELS
 
-
-class MARKER_FILL:
-    """Parameters of filling markers from the gel surface around them.
-
-    Nothing sets them from outside: the size of the markers sets the size of the neighbourhood.
-    """
-
-    # [count] The image is halved while a neighbourhood is still at least this many cells wide.
-    fewest_cells = 6
-    diameters = 2  # [marker diameters] Side of the neighbourhood, to which one pixel is added
-    # [px] Lower bound of the area that a mean is taken over, against division by zero.
-    least_surface_px = 1e-3
+# [count] The image is halved while a neighbourhood is still at least this many cells wide
+_FEWEST_CELLS = 6
+_DIAMETERS = 2  # [marker diameters] Side of the neighbourhood, to which one pixel is added
+# [px] Lower bound of the area that a mean is taken over, against division by zero
+_LEAST_SURFACE_PX = 1e-3
 
 
 def planes_of(pixels: NDArray[Any]) -> list[NDArray[Any]]:
@@ -59,8 +52,7 @@ class AroundMarkers:
         # the fastest way to make one.
         step = 1
         while (
-            2 * step * MARKER_FILL.fewest_cells <= size_px
-            and rows % (2 * step) == columns % (2 * step) == 0
+            2 * step * _FEWEST_CELLS <= size_px and rows % (2 * step) == columns % (2 * step) == 0
         ):
             step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
@@ -71,7 +63,7 @@ class AroundMarkers:
         """Number of bare pixels in the neighbourhood of each."""
         counts = np.asarray(self._total(self._surface), np.float32)
         counts /= np.float32(255)
-        return np.maximum(counts, np.float32(MARKER_FILL.least_surface_px), out=counts)
+        return np.maximum(counts, np.float32(_LEAST_SURFACE_PX), out=counts)
 
     def fill_part(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
@@ -99,7 +91,7 @@ def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:
         return 0
     _, _, boxes, _ = cv2.connectedComponentsWithStats(marker_mask.view(np.uint8))
     sides = np.asarray(boxes)[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1]
-    return int(np.median(sides.max(axis=1))) * MARKER_FILL.diameters + 1
+    return int(np.median(sides.max(axis=1))) * _DIAMETERS + 1
 
 
 def relative_change(
@@ -174,18 +166,13 @@ def planes_to_gradient(nx: Float32, ny: Float32) -> None:
     cv2.multiply(ny, per_cosine, dst=ny)
 
 
-class BACKGROUND:
-    """Parameters of the background fit. What a user may choose is the degree of the polynomial."""
-
-    # [count] Samples along the shorter side of the image; more add time and no accuracy.
-    samples_across = 160
-    # [count] Reweightings at the final degree, and at each degree below it.
-    rounds = 8
-    first_rounds = 4
-    # [logarithm of intensity] Smallest residual scale of the Cauchy weights: the noise of the
-    # coating. Source: chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give
-    # the same heights (ADR 14).
-    least_sigma = 0.03
+# [count] Samples along the shorter side of the image; more add time and no accuracy
+_SAMPLES_ACROSS = 160
+_ROUNDS = 8  # [count] Reweightings at the final degree, and at each degree below it
+_FIRST_ROUNDS = 4
+# [logarithm of intensity] Smallest residual scale of the Cauchy weights: the noise of the coating:
+# chosen on the six-LED groove recording, where widths of 0.01 to 0.1 give the same heights (ADR 14)
+_LEAST_SIGMA = 0.03
 
 
 def smooth_background(
@@ -218,7 +205,7 @@ def smooth_background(
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
     height, width, channels = pixels.shape
-    step = max(1, min(height, width) // BACKGROUND.samples_across)
+    step = max(1, min(height, width) // _SAMPLES_ACROSS)
     x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
     powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
     seen = np.zeros((height, width), bool)
@@ -244,10 +231,10 @@ def _cauchy_fit(powers: NDArray[Any], values: NDArray[Any], degree: int) -> NDAr
     coefficients: NDArray[Any] = np.zeros(0)
     for highest in range(degree + 1):
         lower = powers[:, : comb(highest + 2, 2)]
-        for _ in range(BACKGROUND.rounds if highest == degree else BACKGROUND.first_rounds):
+        for _ in range(_ROUNDS if highest == degree else _FIRST_ROUNDS):
             root = np.sqrt(weight)
             coefficients = np.linalg.lstsq(lower * root[:, None], values * root, rcond=None)[0]
             residual = values - lower @ coefficients
-            sigma = max(BACKGROUND.least_sigma, sigma_of(residual))
+            sigma = max(_LEAST_SIGMA, sigma_of(residual))
             weight = 1 / (1 + np.square(residual / sigma))
     return coefficients

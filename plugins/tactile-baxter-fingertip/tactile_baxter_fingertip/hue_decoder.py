@@ -38,29 +38,21 @@ PitchFrom = Literal["both", "intensity", "saturation"]
 OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.5
 
 
-class DECODER:
-    """Parameters of fitting a decoder.
-
-    Nothing sets them: they are shares of the measured colours.
-    """
-
-    # [order] Order of the polynomial in the normal's components that describes the average
-    # colour.
-    colour_order = 5
-    # [share of the mean diagonal] Ridge penalty of the normalisation matrices.
-    normalisation_ridge = 1e-2
-    range_percent = 99.9  # [percent] Percentile of the training colours that the tables span
-    range_margin = 1.05  # [ratio] Largest chroma of the tables relative to that percentile
-    # [relative change] Smallest span of chroma and of intensity. Source: by hand, avoids a
-    # division by zero for constant colours.
-    least_range = 1e-3
-    # [squared sine of the pitch] Lower limit of the variance of each estimate: grain, and the
-    # resolution of the entries.
-    least_variance = 2e-4
-    # [squared sine of the pitch] Lower limit of the variance of the saturation's estimate. It
-    # dominates where the colour has not changed, where the saturation reliably reports a level
-    # surface.
-    unchanged_variance = 1e-6
+# [order] Order of the polynomial in the normal's components that describes the average colour
+_COLOUR_ORDER = 5
+# [share of the mean diagonal] Ridge penalty of the normalisation matrices
+_NORMALISATION_RIDGE = 1e-2
+_RANGE_PERCENT = 99.9  # [percent] Percentile of the training colours that the tables span
+_RANGE_MARGIN = 1.05  # [ratio] Largest chroma of the tables relative to that percentile
+# [relative change] Smallest span of chroma and of intensity: avoids a division by zero for constant
+# colours
+_LEAST_RANGE = 1e-3
+# [squared sine of the pitch] Lower limit of the variance of each estimate: grain, and the
+# resolution of the entries
+_LEAST_VARIANCE = 2e-4
+# [squared sine of the pitch] Lower limit of the variance of the saturation's estimate. It dominates
+# where the colour has not changed, where the saturation reliably reports a level surface
+_UNCHANGED_VARIANCE = 1e-6
 
 
 _NEGLIGIBLE_PRECISION = 1e-9  # Precision of an estimate that is switched off: the other one decides
@@ -121,7 +113,7 @@ class HueDecoder:
         axis = _centre_entries(np.arange(ENTRIES))
         saturation = np.hypot(axis[:, None], axis)
         ratio = self.by_saturation[self.yaw, _saturation_entry(saturation)]
-        precision = 1 / (ratio.imag * saturation**2 + DECODER.unchanged_variance)
+        precision = 1 / (ratio.imag * saturation**2 + _UNCHANGED_VARIANCE)
         weighted = ratio.real * saturation * precision + 1j * precision
         return np.asarray(weighted, np.complex64)
 
@@ -190,10 +182,10 @@ def fit_decoder(
     onto = np.linalg.lstsq(axes, normal_xy.astype(np.float64), rcond=None)[0]
     evening[:, :2] = np.einsum("ak,taj->tkj", onto, evening[:, :2])
     colour = normalise_colours(features, evening)
-    percent, least = DECODER.range_percent, DECODER.least_range
+    percent, least = _RANGE_PERCENT, _LEAST_RANGE
     reach = float(np.percentile(np.hypot(colour[:, 0], colour[:, 1]), percent))
     low, high = np.percentile(colour[:, 2], [100 - percent, percent])
-    largest = DECODER.range_margin * max(reach, least)
+    largest = _RANGE_MARGIN * max(reach, least)
     limits = np.array([largest, low, max(high, low + least)], np.float32)
     negligible = np.full((ENTRIES, ENTRIES), np.complex64(_NEGLIGIBLE_PRECISION * 1j))
     blank = HueDecoder(evening, limits, np.zeros((ENTRIES,) * 2, np.uint8), negligible, negligible)
@@ -215,7 +207,7 @@ def fit_decoder(
     by_intensity = negligible
     if pitch_from != "saturation":
         mean, variance = _moments(yaw, intensity, along, np.ones(len(along)))
-        precision = 1 / (variance + DECODER.least_variance)
+        precision = 1 / (variance + _LEAST_VARIANCE)
         by_intensity = np.asarray(mean * precision + 1j * precision, np.complex64)
     by_saturation = np.full((ENTRIES, ENTRIES), np.complex64(1e9j))
     if pitch_from != "intensity":
@@ -224,7 +216,7 @@ def fit_decoder(
         entry = _saturation_entry(saturation)
         mean, variance = _moments(yaw, entry, ratio, saturation**2)
         # the lower limit of the sine's variance at half of the largest saturation
-        least_variance = DECODER.least_variance / 64**2
+        least_variance = _LEAST_VARIANCE / 64**2
         by_saturation = np.asarray(mean + 1j * (variance + least_variance), np.complex64)
     return HueDecoder(evening, limits, yaw_table, by_intensity, by_saturation)
 
@@ -232,7 +224,7 @@ def fit_decoder(
 def _fit_normalisation(features: Float32, normal_xy: Float32) -> Float32:
     """Fit the matrices that map the change at a position to the average change of that normal."""
     change = features[:, :3].astype(np.float64)
-    order = DECODER.colour_order
+    order = _COLOUR_ORDER
     powers = range(order + 1)
     nx, ny = normal_xy.astype(np.float64).T
     slope = np.stack([nx**a * ny**b for a in powers for b in powers if a + b <= order], 1)
@@ -240,7 +232,7 @@ def _fit_normalisation(features: Float32, normal_xy: Float32) -> Float32:
     terms = regression.terms(features[:, 3:], 2).astype(np.float64)
     products = (terms[:, :, None] * change[:, None, :]).reshape(len(change), -1)
     normal = products.T @ products
-    normal += DECODER.normalisation_ridge * np.trace(normal) / len(normal) * np.eye(len(normal))
+    normal += _NORMALISATION_RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
     correction = np.linalg.solve(normal, products.T @ (average - change)).reshape(-1, 3, 3)
     correction[0] += np.eye(3)
     return np.asarray(np.einsum("kc,tjc->tkj", OPPONENT, correction), np.float32)

@@ -33,18 +33,14 @@ from tactile_core.quantities import Bool, Frame, Gradients, Reference
 CHANNELS = 3  # Hue needs three channels
 
 
-class HUE_SAMPLES:
-    """Parameters of sampling training pixels. Nothing sets them: they are limits of the fit."""
-
-    fewest = 500  # [count] Sloped pixels that a fit needs at least
-    # [count] Training pixels of all presses together, at most. Dense tables need more than a
-    # regression.
-    most = 200_000
-    surveyed = 5  # [count] Calibration frames whose share of sloped pixels is averaged, about
-    # [share] A press with a smaller share of sloped training pixels has level gel around it.
-    # Source: single presses have 0.8, by the share of undeformed pixels
-    # (``calibration/presses.py``), and grids 1 but for the tops of balls.
-    sloped_share = 0.95
+_FEWEST = 500  # [count] Sloped pixels that a fit needs at least
+# [count] Training pixels of all presses together, at most. Dense tables need more than a regression
+_MOST = 200_000
+_SURVEYED = 5  # [count] Calibration frames whose share of sloped pixels is averaged, about
+# [share] A press with a smaller share of sloped training pixels has level gel around it: single
+# presses have 0.8, by the share of undeformed pixels (``calibration/presses.py``), and grids 1 but
+# for the tops of balls
+_SLOPED_SHARE = 0.95
 
 
 class HueIntensityOptions(Options):
@@ -167,8 +163,8 @@ class HueIntensityCalibrator(Calibrator):
                     f"press {press.name!r} is {in_words(press.frame.pixels.shape)}; calibrate at "
                     f"the size of the input"
                 )
-        features, normal_xy = draw_samples(presses, light.features, most=HUE_SAMPLES.most)
-        if np.count_nonzero(normal_xy.any(axis=1)) < HUE_SAMPLES.fewest:
+        features, normal_xy = draw_samples(presses, light.features, most=_MOST)
+        if np.count_nonzero(normal_xy.any(axis=1)) < _FEWEST:
             raise too_few(presses)
         decoder = fit_decoder(features, normal_xy, self.options.pitch_from)
         correction = fit_correction(decoder, features, normal_xy, by_place=_is_crowded(presses))
@@ -194,14 +190,14 @@ def _light(reference: Reference, blur_px: float, light_blur_px: float) -> Refere
 def _is_crowded(presses: Sequence[Press]) -> bool:
     """Whether the presses leave no level gel between them, as a grid of balls does."""
     sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
-    return bool(min(sloped) > HUE_SAMPLES.sloped_share)
+    return bool(min(sloped) > _SLOPED_SHARE)
 
 
 def _steep_share(field: HueField, presses: Sequence[Press]) -> float:
     """Return the mean share of sloped pixels over some calibration frames."""
     pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
     frames = list(pressed.values())
-    some = frames[:: max(1, len(frames) // HUE_SAMPLES.surveyed)]
+    some = frames[:: max(1, len(frames) // _SURVEYED)]
     return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))
 
 

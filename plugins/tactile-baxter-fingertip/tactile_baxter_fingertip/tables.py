@@ -13,20 +13,15 @@ Bytes = NDArray[np.uint8]
 ENTRIES = 256  # Entries along each axis: a byte is an index
 
 
-class TABLES:
-    """Parameters of smoothing a table. Nothing sets them: they adapt to the density of samples."""
-
-    # [count] Cells along each axis in which samples are counted; each covers two entries.
-    cells = 128
-    # [cells] Standard deviations of the averaging kernel, from narrow to wide. Source: by hand,
-    # each twice the one before.
-    spreads_cells: tuple[float, ...] = (1.3, 2.6, 5.2, 10.4, 20.8)
-    # [samples of mean weight] An entry takes the narrowest kernel that covers more samples than
-    # this.
-    enough_samples = 3.0
-    # [cells] Padding of the tables before filtering. Source: by hand, a little over two standard
-    # deviations of the widest kernel.
-    border_cells = 48
+_CELLS = 128  # [count] Cells along each axis in which samples are counted; each covers two entries
+# [cells] Standard deviations of the averaging kernel, from narrow to wide: each twice the one
+# before
+_SPREADS_CELLS: tuple[float, ...] = (1.3, 2.6, 5.2, 10.4, 20.8)
+# [samples of mean weight] An entry takes the narrowest kernel that covers more samples than this
+_ENOUGH_SAMPLES = 3.0
+# [cells] Padding of the tables before filtering: a little over two standard deviations of the
+# widest kernel
+_BORDER_CELLS = 48
 
 
 def smooth_table(
@@ -51,7 +46,7 @@ def smooth_table(
     -------
     (256, 256, M) float32
     """
-    cells = TABLES.cells
+    cells = _CELLS
     step = ENTRIES // cells
     cell = (first // step).astype(np.intp) * cells + second // step
 
@@ -63,11 +58,11 @@ def smooth_table(
     filled = np.zeros((cells, cells), bool)
     means = np.zeros((cells, cells, values.shape[1]))
     mean_weight = float(weights.mean())
-    for spread in TABLES.spreads_cells:
+    for spread in _SPREADS_CELLS:
         total, *blurred = (_blur_plane(plane, spread, periodic) for plane in planes)
         mean = np.stack(blurred, -1) / np.maximum(total, 1e-12)[..., None]
         means[~filled] = mean[~filled]
-        filled |= total * 2 * np.pi * spread**2 > TABLES.enough_samples * mean_weight
+        filled |= total * 2 * np.pi * spread**2 > _ENOUGH_SAMPLES * mean_weight
     framed = np.asarray(cv2.copyMakeBorder(means, 1, 1, 1, 1, cv2.BORDER_REPLICATE))
     if periodic:
         framed[0], framed[-1] = framed[-2], framed[1]
@@ -80,7 +75,7 @@ def smooth_table(
 
 def _blur_plane(plane: Float, spread: float, periodic: bool) -> Float:
     """Return Gaussian averages; zeros beyond the border, or the first axis wrapped around."""
-    border = TABLES.border_cells
+    border = _BORDER_CELLS
     rows = cv2.BORDER_WRAP if periodic else cv2.BORDER_CONSTANT
     wide = cv2.copyMakeBorder(plane, border, border, 0, 0, rows)
     wide = cv2.copyMakeBorder(wide, 0, 0, border, border, cv2.BORDER_CONSTANT)

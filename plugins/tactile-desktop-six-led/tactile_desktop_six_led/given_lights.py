@@ -14,31 +14,23 @@ from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
-
-class GIVEN_NORMALS:
-    """Parameters of robust photometric stereo. Nothing sets them: intensities are relative."""
-
-    rounds = 12  # [count] Iterations of reweighted least squares
-    # [share of the mean intensity] Residual of a light at which its weight is one half.
-    tolerance = 0.03
-    # [count] Pixels that are solved together. Source: by hand, limits memory and changes no
-    # result.
-    block_px = 1 << 14
-    # [count] With at least this many lights, the first solution leaves out the darkest and the
-    # brightest light of each pixel. Source: mathematics; three lights have to remain.
-    lights_to_drop_extremes = 5
-    # [weight] Weight of a light that the first solution leaves out. Source: by hand, keeps the
-    # equations regular.
-    dropped_weight = 1e-6
-    # [slope] Steeper slopes are limited to this one. Source: by hand, normals at right angles to
-    # the camera have no finite slope.
-    steepest = 5.0
-    # [z of the unit normal] Lower limit of the denominator of a slope. Source: by hand, avoids a
-    # division by zero.
-    least_facing = 1e-3
-    # [share of full scale] Lower limit of the reference in the quotient of frame and reference.
-    # Source: by hand, avoids a division by zero.
-    darkest_level = 1e-3
+_ROUNDS = 12  # [count] Iterations of reweighted least squares
+# [share of the mean intensity] Residual of a light at which its weight is one half
+_TOLERANCE = 0.03
+_BLOCK_PX = 1 << 14  # [count] Pixels that are solved together: limits memory and changes no result
+# [count] With at least this many lights, the first solution leaves out the darkest and the
+# brightest light of each pixel: mathematics; three lights have to remain
+_LIGHTS_TO_DROP_EXTREMES = 5
+# [weight] Weight of a light that the first solution leaves out: keeps the equations regular
+_DROPPED_WEIGHT = 1e-6
+# [slope] Steeper slopes are limited to this one: normals at right angles to the camera have no
+# finite slope
+_STEEPEST = 5.0
+# [z of the unit normal] Lower limit of the denominator of a slope: avoids a division by zero
+_LEAST_FACING = 1e-3
+# [share of full scale] Lower limit of the reference in the quotient of frame and reference: avoids
+# a division by zero
+_DARKEST_LEVEL = 1e-3
 
 
 _TINY = 1e-9  # Keeps denominators and equations regular
@@ -81,7 +73,7 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
     .. [2] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics 6(9), 1977.
     """
-    block = GIVEN_NORMALS.block_px
+    block = _BLOCK_PX
     blocks = [
         _solve_normals(intensity[start : start + block].astype(np.float64), directions)
         for start in range(0, len(intensity), block)
@@ -93,16 +85,14 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
 
 def _solve_normals(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
     weights = np.ones_like(intensity)
-    if intensity.shape[1] >= GIVEN_NORMALS.lights_to_drop_extremes:
+    if intensity.shape[1] >= _LIGHTS_TO_DROP_EXTREMES:
         order = np.argsort(intensity, axis=1)
-        np.put_along_axis(weights, order[:, [0, -1]], GIVEN_NORMALS.dropped_weight, axis=1)
+        np.put_along_axis(weights, order[:, [0, -1]], _DROPPED_WEIGHT, axis=1)
     scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
     normals = _solve_weighted(intensity, directions, weights)
-    for _ in range(GIVEN_NORMALS.rounds):
+    for _ in range(_ROUNDS):
         residual = (intensity - normals @ directions.T) / scale
-        normals = _solve_weighted(
-            intensity, directions, 1 / (1 + (residual / GIVEN_NORMALS.tolerance) ** 2)
-        )
+        normals = _solve_weighted(intensity, directions, 1 / (1 + (residual / _TOLERANCE) ** 2))
     return normals
 
 
@@ -150,13 +140,13 @@ class GivenLights(Calibration):
                 f"the profile has {len(self._directions)} lights and the frame {lights} channels; "
                 f"give one light per channel"
             )
-        level = np.maximum(reference.pixels, GIVEN_NORMALS.darkest_level * reference.full_scale)
+        level = np.maximum(reference.pixels, _DARKEST_LEVEL * reference.full_scale)
         facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
         light = (frame.pixels / level * facing).reshape(-1, lights)
         normals = robust_normals(light.astype(np.float32), self._directions)
-        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], GIVEN_NORMALS.least_facing)
+        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], _LEAST_FACING)
         steep = np.hypot(slopes[:, 0], slopes[:, 1])
-        slopes *= np.minimum(1, GIVEN_NORMALS.steepest / np.maximum(steep, _TINY))[:, None]
+        slopes *= np.minimum(1, _STEEPEST / np.maximum(steep, _TINY))[:, None]
         planes = slopes.T.reshape(2, height, width)
         valid = (normals[:, 2] > 0).reshape(height, width)
         gx, gy = (np.ascontiguousarray(plane, np.float32) for plane in planes)

@@ -15,34 +15,25 @@ Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
 
-class LIGHT_FIT:
-    """Parameters of the fit. Nothing sets them: features and targets are dimensionless.
-
-    References
-    ----------
-    .. [1] P. J. Huber and E. M. Ronchetti, "Robust Statistics", Wiley, 2009.
-    """
-
-    samples = 3_000  # [count] Pixels that are drawn from the training samples
-    # [ratio] Standard deviation of a common gain that is applied to a copy of each pixel, so that
-    # the fit does not depend on the albedo. Source: by hand, no script derives it. See ADR 15.
-    gain_sigma = 0.03
-    # [count] Evaluations of the objective, at most, before and after the noise is known.
-    first_rounds = 4
-    rounds = 12
-    # [standard deviations of the noise] Larger errors count by their root (Huber's loss). Source:
-    # 95 % efficiency under Gaussian noise [1]_.
-    huber_sigmas = 1.345
-    # [distance of normal_xy] Lower limit of the same, for data without noise. Source: the slope
-    # of one grey level on recordings.
-    least_huber = 0.005
-    ridge = 0.03  # [weight] Penalty of the light field's distance from its start
-    # [weight] The same for exponents. It is stronger, for exponents and directions are correlated
-    # over the slopes of a ball. Source: by hand, (ADR 15).
-    exponent_ridge = 1.0
-    # [weight per sample] Ridge penalty of the linear start. Source: by hand, keeps the equations
-    # regular.
-    start_ridge = 1e-4
+_SAMPLES = 3_000  # [count] Pixels that are drawn from the training samples
+# [ratio] Standard deviation of a common gain that is applied to a copy of each pixel, so that the
+# fit does not depend on the albedo: no script derives it. See ADR 15
+_GAIN_SIGMA = 0.03
+# [count] Evaluations of the objective, at most, before and after the noise is known
+_FIRST_ROUNDS = 4
+_ROUNDS = 12
+# [standard deviations of the noise] Larger errors count by their root (Huber's loss): 95 %
+# efficiency under Gaussian noise [1]_
+_HUBER_SIGMAS = 1.345
+# [distance of normal_xy] Lower limit of the same, for data without noise: the slope of one grey
+# level on recordings
+_LEAST_HUBER = 0.005
+_RIDGE = 0.03  # [weight] Penalty of the light field's distance from its start
+# [weight] The same for exponents. It is stronger, for exponents and directions are correlated over
+# the slopes of a ball (ADR 15)
+_EXPONENT_RIDGE = 1.0
+# [weight per sample] Ridge penalty of the linear start: keeps the equations regular
+_START_RIDGE = 1e-4
 
 
 _PER_MEDIAN = 1.4826  # Standard deviation over the median of the absolute value, of Gaussian noise
@@ -82,10 +73,10 @@ def fit_light_field(
     """
     from scipy.optimize import least_squares
 
-    pick = np.random.default_rng(seed).permutation(len(features))[: LIGHT_FIT.samples]
+    pick = np.random.default_rng(seed).permutation(len(features))[:_SAMPLES]
     # Copies with another gain have the same normals: the fit has to be independent of albedo.
     rng = np.random.default_rng(seed)
-    copies = 1 + LIGHT_FIT.gain_sigma * rng.standard_normal(len(pick))
+    copies = 1 + _GAIN_SIGMA * rng.standard_normal(len(pick))
     gain = np.concatenate([np.ones(len(pick)), copies])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
@@ -94,12 +85,12 @@ def fit_light_field(
     lights = change.shape[1]
     logs = np.log(np.maximum(change + 1, LEAST_RATIO))
     start = _linear_start(change, terms, target)
-    penalty = np.full(len(start), LIGHT_FIT.ridge)
-    penalty[:lights] = LIGHT_FIT.exponent_ridge
+    penalty = np.full(len(start), _RIDGE)
+    penalty[:lights] = _EXPONENT_RIDGE
 
     pressed = np.asarray(target.any(axis=1), np.float64)
     found = start
-    for rounds in (LIGHT_FIT.first_rounds, LIGHT_FIT.rounds):
+    for rounds in (_FIRST_ROUNDS, _ROUNDS):
         fit = _Objective(logs, terms, target, pressed, start, penalty)
         fit = replace(fit, huber=fit.noise_limit(found))
         found = least_squares(fit.error, found, fit.jacobian, max_nfev=rounds).x
@@ -132,13 +123,13 @@ class _Objective:
     pressed: Float
     start: Float
     penalty: Float
-    huber: float = LIGHT_FIT.least_huber
+    huber: float = _LEAST_HUBER
 
     def noise_limit(self, parameters: Float) -> float:
         """Return the distance where the noise ends, from the errors under a press."""
         missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
         sigma = _PER_MEDIAN * np.median(np.abs(missed[self.pressed > 0]))
-        return max(LIGHT_FIT.least_huber, LIGHT_FIT.huber_sigmas * float(sigma))
+        return max(_LEAST_HUBER, _HUBER_SIGMAS * float(sigma))
 
     def error(self, parameters: Float) -> Float:
         """Return (2 N + P,) residuals of normal_xy with Huber's loss, and of the penalty."""
@@ -189,7 +180,7 @@ def _robust(missed: Float, huber: float) -> Float:
 
 def _linear_start(change: Float, terms: Float, target: Float32) -> Float:
     design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
-    normal = design.T @ design + LIGHT_FIT.start_ridge * len(design) * np.eye(design.shape[1])
+    normal = design.T @ design + _START_RIDGE * len(design) * np.eye(design.shape[1])
     across = np.linalg.solve(normal, design.T @ target)
     lights = change.shape[1]
     return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights + 12)])

@@ -16,33 +16,28 @@ Bool = NDArray[np.bool_]
 _NORMAL = 3  # Unknowns of a normal times an albedo: the fewest lights that determine it
 
 
-class LIT_LIGHTS:
-    """Parameters of the lit lights. Nothing sets them: they are relative."""
-
-    # [count] The darkest lights, at most so many, are left out. Source: half of six lights around
-    # the gel are behind a steep wall.
-    most_dark = 3
-    # [share] Share of the calibration pixels whose response to a light is below its floor.
-    # Source: above single pixels of noise.
-    floor_quantile = 0.005
-    # [share] A light is dark if its response is within this share of the range from the floor to
-    # the undeformed gel. Source: width of the half-shadow on virtual units; 0.1 to 0.25 are
-    # alike.
-    dark_share = 0.15
-    # [ratio] Slopes below this share of those at which half of the calibration pixels have turned
-    # away from a light are too gentle to turn away. Source: noise and the width of the
-    # half-shadow on virtual units; 0.6 to 0.75 are alike.
-    shaded_share = 0.7
-    ridge = 1e-4  # [weight per sample] Ridge penalty. Source: keeps the equations regular.
-    # [count] Levels of steepness at which the model may take over. Source: by hand, finer than
-    # what the result depends on.
-    bins = 20
-    # [share] The model takes over only if that lowers the error by so much. Source: by hand, less
-    # is chance.
-    least_gain = 0.01
-    # [ratio] The model takes over entirely where slopes are steeper by this ratio. Source: by
-    # hand, avoids a step in the slopes.
-    ramp = 1.1
+# [count] The darkest lights, at most so many, are left out: half of six lights around the gel are
+# behind a steep wall
+_MOST_DARK = 3
+# [share] Share of the calibration pixels whose response to a light is below its floor: above single
+# pixels of noise
+_FLOOR_QUANTILE = 0.005
+# [share] A light is dark if its response is within this share of the range from the floor to the
+# undeformed gel: width of the half-shadow on virtual units; 0.1 to 0.25 are alike
+_DARK_SHARE = 0.15
+# [ratio] Slopes below this share of those at which half of the calibration pixels have turned away
+# from a light are too gentle to turn away: noise and the width of the half-shadow on virtual units;
+# 0.6 to 0.75 are alike
+_SHADED_SHARE = 0.7
+_RIDGE = 1e-4  # [weight per sample] Ridge penalty: keeps the equations regular
+# [count] Levels of steepness at which the model may take over: finer than what the result depends
+# on
+_BINS = 20
+# [share] The model takes over only if that lowers the error by so much: less is chance
+_LEAST_GAIN = 0.01
+# [ratio] The model takes over entirely where slopes are steeper by this ratio: avoids a step in the
+# slopes
+_RAMP = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +95,7 @@ class LitLights:
         """
         own = self(response, position)
         length = np.linalg.norm(own, axis=0)
-        share = np.clip((length / self.begins - 1) / (LIT_LIGHTS.ramp - 1), 0, 1)
+        share = np.clip((length / self.begins - 1) / (_RAMP - 1), 0, 1)
         share[length < self.shaded] = 1
         share = np.where(self.find_lit(response).all(axis=0), 0, share).astype(np.float32)
         return np.asarray(fitted + share * (own - fitted), np.float32)
@@ -108,12 +103,12 @@ class LitLights:
     @property
     def dark_below(self) -> Float32:
         """(K,) responses below which a light is dark."""
-        return np.float32(1 - LIT_LIGHTS.dark_share) * self.floors
+        return np.float32(1 - _DARK_SHARE) * self.floors
 
     def find_lit(self, response: Float32) -> Bool:
         """Return (K, N): which lights reach the surface."""
         dark = response < self.dark_below[:, None]
-        most = min(LIT_LIGHTS.most_dark, len(response) - _NORMAL)
+        most = min(_MOST_DARK, len(response) - _NORMAL)
         rank = np.argsort(np.argsort(response, axis=0), axis=0)
         return np.asarray(~(dark & (rank < most)))
 
@@ -141,25 +136,25 @@ def fit_lit_lights(
         The true components of the normal, and those of the light field.
     """
     lights = len(response)
-    floors = np.quantile(response, LIT_LIGHTS.floor_quantile, axis=1).astype(np.float32)
-    most = min(LIT_LIGHTS.most_dark, lights - _NORMAL)
+    floors = np.quantile(response, _FLOOR_QUANTILE, axis=1).astype(np.float32)
+    most = min(_MOST_DARK, lights - _NORMAL)
     dark = [set(some) for n in range(most + 1) for some in combinations(range(lights), n)]
     sets = np.array([[k not in some for k in range(lights)] for some in dark])
     terms = regression.terms(position, 1).astype(np.float64)
     rows = np.zeros((len(sets), 2, terms.shape[1], lights), np.float32)
-    bright = response >= ((1 - LIT_LIGHTS.dark_share) * floors)[:, None]
+    bright = response >= ((1 - _DARK_SHARE) * floors)[:, None]
     for number, lit in enumerate(sets):
         seen = bright[lit].all(axis=0)
         design = (terms[seen][:, :, None] * response[lit][:, seen].T[:, None, :]).reshape(
             np.count_nonzero(seen), terms.shape[1] * np.count_nonzero(lit)
         )
         # a set that no calibration pixel shows gets zeros
-        weight = LIT_LIGHTS.ridge * max(1, len(design))
+        weight = _RIDGE * max(1, len(design))
         normal = design.T @ design + weight * np.eye(design.shape[1])
         found = np.linalg.solve(normal, design.T @ normal_xy[seen])
         rows[number][:, :, lit] = found.T.reshape(2, terms.shape[1], -1)
     dark_at = np.linalg.norm(normal_xy[~bright.all(axis=0)], axis=1)
-    shaded = float(np.median(dark_at)) * LIT_LIGHTS.shaded_share if len(dark_at) else 0.0
+    shaded = float(np.median(dark_at)) * _SHADED_SHARE if len(dark_at) else 0.0
     model = LitLights(floors, sets, rows, np.inf, shaded)
     own = model(response, position).T
     return replace(model, begins=_begins(normal_xy, fitted, own))
@@ -169,9 +164,9 @@ def _begins(normal_xy: Float32, fitted: Float32, own: Float32) -> float:
     """Return the steepness at which changing from one model to the other errs least."""
     steep = np.linalg.norm(normal_xy, axis=1)
     wrong = [np.linalg.norm(model - normal_xy, axis=1) for model in (fitted, own)]
-    limits = np.linspace(0.5, 1, LIT_LIGHTS.bins) * steep.max()
+    limits = np.linspace(0.5, 1, _BINS) * steep.max()
     total = [wrong[0][steep < limit].sum() + wrong[1][steep >= limit].sum() for limit in limits]
     best = int(np.argmin(total))
-    if total[best] < (1 - LIT_LIGHTS.least_gain) * wrong[0].sum():
+    if total[best] < (1 - _LEAST_GAIN) * wrong[0].sum():
         return float(limits[best])
     return np.inf

@@ -150,8 +150,10 @@ def fit_rest_plane(
         return RestPlane(float(above_mm[gel].mean()), 0.0, 0.0)
     y, x = (from_middle(n) * mm for n, mm in zip(gel.shape, cell_mm, strict=True))
     row, column = gel.nonzero()
-    terms = np.stack([np.ones(len(row)), x[column], y[row]], axis=1)
-    return RestPlane(*np.linalg.lstsq(terms, cells_mm[gel], rcond=None)[0].tolist())
+    terms = np.stack([np.ones(len(row)), x[column], y[row], cells_mm[gel]])
+    # normal equations take a quarter of the time; gel along one line determines no plane
+    products = terms @ terms.T
+    return RestPlane(*np.linalg.lstsq(products[:3, :3], products[:3, 3], rcond=None)[0].tolist())
 
 
 def find_undeformed(cells_mm: Array, gx: Array, gy: Array) -> Bool:

@@ -106,7 +106,8 @@ class GROWTH:
     # [pitches] Neighbours whose steps differ by more belong to different regions. Source: half of a
     # pitch; beyond it another marker is closer.
     tear_pitches = 0.5
-    # [share of the markers] What a pair of neighbours costs whose steps differ by a pitch.
+    # [share of the markers] What a pair of neighbours costs whose steps differ by a pitch. Source:
+    # 0.06 to 0.18 track virtual strokes alike; without it, one in five fast ones swaps markers.
     strain_cost = 0.12
     # [pitches] Longest shift that all markers may share. Source: chosen on virtual strokes, which
     # move by up to two thirds of a pitch per frame.
@@ -118,7 +119,9 @@ class GROWTH:
 class TRACKER:
     """Parameters of the tracker."""
 
-    momentum = 0.7  # [ratio] Predicted step relative to the last one
+    # [ratio] Predicted step relative to the last one. Source: 0.35 to 0.7 track virtual strokes
+    # alike; without it, 90 instead of 22 of 260,000 places in fast ones are swapped.
+    momentum = 0.7
     # [share of the markers in view] With fewer matches the markers are lost; the second applies
     # until they are found again.
     min_tracked = 0.2

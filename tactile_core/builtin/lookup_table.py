@@ -223,7 +223,7 @@ class PolynomialCalibrator(Calibrator):
             ridge=options.ridge,
             variation=variation,
         )
-        table = baked(function, features, shape_of(reference))
+        table = baked(function, features, presses, reference, blur_px)
         return Polynomial(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:

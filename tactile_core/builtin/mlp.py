@@ -150,7 +150,7 @@ class MlpCalibrator(Calibrator):
         share = options.polynomial_share
         curve = fit_curve(seen, normal_xy) if share else None
         function = Ensemble(networks, curve, share)
-        table = baked(function, features, shape_of(reference))
+        table = baked(function, features, presses, reference, blur_px)
         return Mlp(SlopeModel(function, shape_of(reference), blur_px, table))
 
     def smoothing_px(self, mm_per_px: float) -> float:

@@ -199,8 +199,34 @@ def takes_table(shape: ImageShape) -> bool:
     return shape[2] == 3 and shape[0] * shape[1] > 20_000
 
 
-def baked(model: Model, features: Float32, shape: ImageShape) -> ColourTable | None:
-    """Return a table of a model over the colours of the training pixels; None if not needed."""
+def baked(
+    model: Model,
+    features: Float32,
+    presses: Sequence[Press],
+    reference: Reference,
+    blur_px: float,
+) -> ColourTable | None:
+    """Return a table of a model over the colours of the training pixels.
+
+    None where it saves no time, or where the light varies so fast over the gel that the table
+    does not follow the model.
+    """
+    shape = shape_of(reference)
     if not takes_table(shape):
         return None
-    return bake(model, Axis.spanning(features[:, :3]), aspect=shape[0] / shape[1])
+    table = bake(model, Axis.spanning(features[:, :3]), aspect=shape[0] / shape[1])
+    fields = [slope_field(model, each, reference, blur_px) for each in (table, None)]
+    apart = []
+    for press in presses[:: max(1, len(presses) // 4)]:
+        frame, normals = press.frame, list[Float32]()
+        for field in fields:
+            gx, gy = field.measure(frame.pixels, frame.marker_mask).image(shape[:2])
+            at = press.rows, press.columns
+            normals.append(to_normal_xy(np.stack([gx[at], gy[at]], axis=1)))
+        apart.append(np.linalg.norm(normals[0] - normals[1], axis=1))
+    return table if np.concatenate(apart).mean() < _LARGEST_ERROR else None
+
+
+# [sine of the angle] Mean distance of table and model: the sine of 1°, half the error of the best
+# models (docs/reference/accuracy.md)
+_LARGEST_ERROR = 0.0175

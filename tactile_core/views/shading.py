@@ -130,9 +130,9 @@ def sequential_colours(level: NDArray[np.float32]) -> Rgb:
     (…, 3) uint8
         R, G, B; equal steps look equally large, also to the colour-blind.
     """
-    # the darkest fifth of cividis would hide the shading
+    # the darkest fifth of viridis would hide the shading
     index = np.rint(56 + 199 * np.clip(level, 0, 1)).astype(np.uint8)
-    table = cv2.applyColorMap(np.arange(256, dtype=np.uint8), cv2.COLORMAP_CIVIDIS)
+    table = cv2.applyColorMap(np.arange(256, dtype=np.uint8), cv2.COLORMAP_VIRIDIS)
     return np.asarray(table.reshape(256, 3)[index, ::-1])
 
 

@@ -27,10 +27,6 @@ class DOUBTS:
     # by 0.15 ball radii or drift to 0.35 on one side (ADR 45). Slopes are then off by about as
     # much, 4°.
     offset = 0.07
-    # [ratio] Largest difference between two halves, over the error of predicting a flat surface.
-    # Source: by hand, independent errors of both halves then amount to a sixth of all that there
-    # is to measure.
-    halves = 0.25
 
 
 _NOTHING_HELD_OUT = (
@@ -58,7 +54,7 @@ def doubts(score: Score | None, used: Sequence[TargetSurface]) -> tuple[str, ...
             f"with it; check the labels, the ball's diameter and the reference",
         )
     ball_px = _ball_radius_px(used)
-    said = (_radius(score), _offset(score, ball_px), _left_out_size(score), _halves(score))
+    said = (_radius(score), _offset(score, ball_px), _left_out_size(score))
     return tuple(sentence for sentence in said if sentence)
 
 
@@ -96,16 +92,6 @@ def _left_out_size(score: Score) -> str:
     return (
         f"a ball size that was left out is measured with {ratio:.2f} of its radius: check the "
         f"diameter of each ball"
-    )
-
-
-def _halves(score: Score) -> str:
-    difference_deg = score.halves_difference_deg
-    if difference_deg is None or difference_deg <= DOUBTS.halves * score.predict_flat_deg:
-        return ""
-    return (
-        f"calibrations on two halves of the presses measure normals that differ by "
-        f"{difference_deg:.1f}°: record more presses, all over the image"
     )
 
 

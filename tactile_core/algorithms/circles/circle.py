@@ -20,12 +20,8 @@ class Circle:
     centre_px : (x, y)
         0-based, integers at pixel centres.
     contact_radius_px : float
-    used : bool
-        Whether it is good enough to calibrate on.
     why : str
-        Reason for excluding it; "" when used.
-    confidence : float
-        0 to 1.
+        Reason for excluding it; "" if it is good enough to calibrate on.
     centre_std_px : float
         Standard deviation of each coordinate of the centre; NaN for a circle that was given.
     radius_std_px : float
@@ -34,11 +30,14 @@ class Circle:
 
     centre_px: tuple[float, float]
     contact_radius_px: float
-    used: bool = True
     why: str = ""
-    confidence: float = 1.0
     centre_std_px: float = float("nan")
     radius_std_px: float = float("nan")
+
+    @property
+    def used(self) -> bool:
+        """Whether it is good enough to calibrate on."""
+        return not self.why
 
 
 class SYMMETRY:

@@ -148,4 +148,4 @@ def _outliers(fits: dict[int, PressFit]) -> dict[int, str]:
 
 def _exclude_sighting(sighting: Sighting, reason: str) -> Circle:
     x, y = sighting.change.to_image(sighting.centre)
-    return Circle((float(x), float(y)), 0.0, False, reason, 0.0)
+    return Circle((float(x), float(y)), 0.0, reason)

@@ -91,7 +91,7 @@ def with_something_beside(presses: Mapping[str, Float64]) -> set[str]:
     return {name for name, found in presses.items() if (found > largest).any()}
 
 
-NOWHERE = Circle((0.0, 0.0), 0.0, used=False)  # Circle of a press that has not been searched
+NOWHERE = Circle((0.0, 0.0), 0.0, "it has not been searched")
 
 
 class BENCH:

@@ -155,7 +155,8 @@ class CHANGE:
     # that of the circle search (``START.blur_radii``).
     blur_balls = 0.35
     # [share of the full scale] Added to both intensities before the logarithm, which would dwell
-    # on noise in the dark. Source: that of the drift estimate (``DRIFT.dark_share``).
+    # on noise in the dark. Source: that of the drift estimate
+    # (``coarse_cells.DARKEST``).
     dark_share = 0.02
     # [share of the strongest change] Cells with a larger change belong to the imprint.
     imprint_share = 0.35

@@ -15,11 +15,17 @@ from tactile_core.algorithms.circles import Circle, Start, find_circles, working
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of
-from tactile_core.calibration.press_search import check_ball, press_image
-from tactile_core.calibration.presses import FoundPress
-from tactile_core.errors import InputError, SequenceError
+from tactile_core.calibration.press_search import (
+    check_ball,
+    light_of,
+    press_image,
+    relocate_press,
+)
+from tactile_core.calibration.presses import FoundPress, angles_deg
+from tactile_core.calibration.result import measured_frames
+from tactile_core.errors import CalibrationError, InputError, SequenceError
 from tactile_core.interfaces.calibrator import Calibrator
-from tactile_core.plugins.options import calibrator_of
+from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
@@ -254,6 +260,7 @@ class Examiner:
     def __init__(self, bench: TouchBench) -> None:
         self._bench = bench
         self.kept: list[FoundPress] = []
+        self._before: dict[str, list[FoundPress]] = {}
         self._brightening: dict[str, Float64] = {}
 
     def examine(self, name: str, frame: Frame) -> Verdict:
@@ -277,8 +284,43 @@ class Examiner:
         found = [replace(one, circle=c) for one, c in zip(self.kept, others, strict=True)]
         withdrawn = {one.file: one.why for one in found if not one.used}
         withdrawn |= {one.file: _BESIDE for one in found if one.file in crowded}
+        self._before[name] = self.kept
         self.kept = [*(one for one in found if one.file not in withdrawn), press]
         return self._verdict(name, circle, "", withdrawn)
+
+    def score(self, name: str) -> float | None:
+        """Measure a press that was kept, with a calibration on those that were kept before it.
+
+        As in a fold of ``tactile calibrate``, nothing depends on that press but its own circle,
+        which is located by the light of the others.
+
+        Returns
+        -------
+        float or None
+            Mean error of the normals, degrees [1]_. None with fewer than four presses before it,
+            whose circles are found with a uniform light, or if they or it cannot be used.
+
+        References
+        ----------
+        .. [1] A. P. Dawid, "Present Position and Potential Developments: Some Personal Views:
+           Statistical Theory: The Prequential Approach", Journal of the Royal Statistical Society
+           A 147(2), 1984.
+        """
+        training = self._before.pop(name)
+        press = next((one for one in self.kept if one.file == name), None)
+        if press is None or len(training) < 4:
+            return None
+        undeformed = self._bench.condition.undeformed
+        try:
+            located = relocate_press(press, light_of(training))
+            samples = [one.training() for one in training]
+            model = fitted_by(self._bench.calibrator, samples, undeformed)
+        except CalibrationError:
+            return None
+        ((_, measured),) = measured_frames(model, [located], undeformed)
+        rows, columns, true = located.true_gradients(located.scored_area())
+        found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
+        return float(angles_deg(found, true).mean())
 
     def _verdict(
         self, name: str, circle: Circle, why: str, withdrawn: dict[str, str] | None = None

@@ -104,27 +104,6 @@ def _ball_radius_px(used: Sequence[TargetSurface]) -> float:
     return min(sizes_px, default=float("inf"))
 
 
-class PLAUSIBILITY:
-    """Limits of what is plausible. Nothing sets them from outside: they only warn."""
-
-    # [ball radii] A wider contact indicates that the ball is larger than said, or the scale
-    # smaller. Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on
-    # recordings of four real sensors. With diameters a fifth to a half too small the widest was
-    # 0.97 when the border was that of a shape (ADR 45).
-    widest_contact = 0.95
-    # [ratio] A smaller share of such presses is that of circles that are wrong. Source: of 24
-    # presses of a real sensor one had such a circle; with diameters a fifth to a half too small,
-    # a tenth and more of the presses.
-    fewest_wide = 0.05
-    # [ratio] A smaller share of usable presses is reported. Source: by hand, the majority should
-    # be presses of the given ball.
-    fewest_used = 0.5
-    # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source:
-    # by hand, larger than the perspective of a tilted camera leaves, and as much as a
-    # calibration's radius may be off before it is reported.
-    pitch_tolerance = 0.1
-
-
 def implausible(
     presses: Sequence[TargetSurface], reference: Reference, gel: Gel
 ) -> tuple[str, ...]:
@@ -159,7 +138,10 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
     if found is None:
         return ""
     pitch_mm = found[1] * mm_per_px
-    if abs(pitch_mm / gel.markers.pitch_mm - 1) <= PLAUSIBILITY.pitch_tolerance:
+    # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source: by
+    # hand, larger than the perspective of a tilted camera leaves, and as much as a calibration's
+    # radius may be off before it is reported.
+    if abs(pitch_mm / gel.markers.pitch_mm - 1) <= 0.1:
         return ""
     return (
         f"the markers of the reference are {pitch_mm:.2f} mm apart at {mm_per_px:g} mm per pixel, "
@@ -173,7 +155,9 @@ def _report_unused(balls: Sequence[FoundPress]) -> str:
     for size_mm in sorted({ball.ball_diameter_mm for ball in balls}):
         those = [ball for ball in balls if ball.ball_diameter_mm == size_mm]
         used = sum(ball.used for ball in those)
-        if used >= PLAUSIBILITY.fewest_used * len(those):
+        # [ratio] A smaller share of usable presses is reported. Source: by hand, the majority
+        # should be presses of the given ball.
+        if used >= 0.5 * len(those):
             continue
         ((reason, _),) = Counter(ball.why for ball in those if not ball.used).most_common(1)
         return (
@@ -184,10 +168,17 @@ def _report_unused(balls: Sequence[FoundPress]) -> str:
 
 
 def _wide(balls: Sequence[FoundPress]) -> str:
-    limit = PLAUSIBILITY.widest_contact
+    # [ball radii] A wider contact indicates that the ball is larger than said, or the scale
+    # smaller. Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on
+    # recordings of four real sensors. With diameters a fifth to a half too small the widest was
+    # 0.97 when the border was that of a shape (ADR 45).
+    limit = 0.95
     used = [ball for ball in balls if ball.used]
     wide = [ball for ball in used if ball.radius_px > limit * ball.ball_radius_px]
-    if len(wide) <= PLAUSIBILITY.fewest_wide * len(used):
+    # [ratio] A smaller share of such presses is that of circles that are wrong. Source: of 24
+    # presses of a real sensor one had such a circle; with diameters a fifth to a half too small, a
+    # tenth and more of the presses.
+    if len(wide) <= 0.05 * len(used):
         return ""
     return (
         f"the contact is as wide as the ball in {len(wide)} of {len(balls)} presses, e.g. in "

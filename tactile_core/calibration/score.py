@@ -134,14 +134,6 @@ class Score:
         return {"median": round(offsets[0], 3), "p90": round(offsets[1], 3)}
 
 
-class ERROR_FIT:
-    """Parameters of the fit. Nothing sets them from outside."""
-
-    # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
-    # Source: by hand, a hundred values give a quantile within a tenth.
-    min_undeformed = 100
-
-
 @dataclass(frozen=True, eq=False)
 class HeldOutSurface:
     """Measured slopes and heights of one held-out surface, at pixels with ground truth.
@@ -246,7 +238,9 @@ def _correlation_mm(surfaces: list[HeldOutSurface], slopes: Float32, std: Float3
             error_mm = (height_mm - surface.truth.heights_mm)[~undeformed]
             contact.append(np.abs(error_mm - np.median(error_mm)) / expected_mm[~undeformed])
     ratios = np.concatenate(far)
-    if len(ratios) < ERROR_FIT.min_undeformed and contact:
+    # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
+    # Source: by hand, a hundred values give a quantile within a tenth.
+    if len(ratios) < 100 and contact:
         ratios = np.concatenate(contact)
     if not len(ratios):
         return assumed_mm

@@ -101,7 +101,6 @@ class SCORING:
 
     # [count] Folds of the cross-validation, at most. Source: by hand, the usual number of folds.
     folds = 5
-    report_samples = 200  # [count] Pixels of each surface that the report plots
 
 
 class HeldOut(NamedTuple):
@@ -219,5 +218,5 @@ def measured_fold(trials: Trials[S], held_out: Sequence[int]) -> dict[int, HeldO
 
 def _some(one: HeldOut) -> np.ndarray:
     """Measured and true slopes (N, 4) of some pixels, for the report."""
-    step = max(1, len(one.true) // SCORING.report_samples)
+    step = max(1, len(one.true) // 200)  # [count] Pixels of each surface that the report plots
     return np.column_stack([one.found, one.true])[::step]

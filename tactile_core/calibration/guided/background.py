@@ -126,24 +126,6 @@ def _done(work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
     return future
 
 
-class CHANGE:
-    """Parameters of the change of live frames. Nothing sets them: they are ratios."""
-
-    # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
-    cells_per_ball = 5.0
-    # [count] Cells along the longer side, at most, so that a small ball costs no more time.
-    most_cells = 96
-    # [ball radii] Radius over which the change is averaged before it is called a contact. Source:
-    # that of the circle search (``START.blur_radii``).
-    blur_balls = 0.35
-    # [share of the full scale] Added to both intensities before the logarithm, which would dwell
-    # on noise in the dark. Source: that of the drift estimate
-    # (``coarse_cells.DARKEST``).
-    dark_share = 0.02
-    # [share of the strongest change] Cells with a larger change belong to the imprint.
-    imprint_share = 0.35
-
-
 @dataclass(frozen=True, eq=False)
 class TouchChange:
     """Change of one frame.
@@ -187,11 +169,17 @@ class UndeformedCells:
 
     def __init__(self, reference: Reference, ball_radius_px: float) -> None:
         rows, columns = reference.pixels.shape[:2]
-        side = max(ball_radius_px / CHANGE.cells_per_ball, max(rows, columns) / CHANGE.most_cells)
+        # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
+        # [count] Cells along the longer side, at most, so that a small ball costs no more time.
+        side = max(ball_radius_px / 5.0, max(rows, columns) / 96)
         self._size = max(1, round(columns / side)), max(1, round(rows / side))
         self._scale = columns / self._size[0], rows / self._size[1]
-        self._blur = max(0.5, CHANGE.blur_balls * ball_radius_px / self._scale[0])
-        self._offset = CHANGE.dark_share * reference.full_scale
+        # [ball radii] Radius over which the change is averaged before it is called a contact.
+        # Source: that of the circle search (``START.blur_radii``).
+        self._blur = max(0.5, 0.35 * ball_radius_px / self._scale[0])
+        # [share of the full scale] Added to both intensities before the logarithm, which would
+        # dwell on noise in the dark. Source: that of the drift estimate (``coarse_cells.DARKEST``).
+        self._offset = 0.02 * reference.full_scale
         self._undeformed = np.log(self._cells(reference.pixels))
 
     def change(self, frame: Frame) -> TouchChange:
@@ -201,7 +189,8 @@ class UndeformedCells:
         ratio -= light
         energy = np.asarray(cv2.GaussianBlur((ratio**2).sum(2), (0, 0), self._blur))
         top = float(energy.max())
-        imprint = energy > CHANGE.imprint_share**2 * top
+        # [share of the strongest change] Cells with a larger change belong to the imprint.
+        imprint = energy > 0.35**2 * top
         weight = np.where(imprint, energy, 0)
         total = max(float(weight.sum()), 1e-30)
         y, x = np.mgrid[: energy.shape[0], : energy.shape[1]]

@@ -44,12 +44,6 @@ class BESIDE:
     # [count] From this number of presses on, most of them are single balls. Source: definition:
     # the fewest with a median that two bad presses cannot move far.
     fewest_presses = 5
-    # [ratio] Largest brightening beside the ball before there are so many. Source: by hand, :
-    # about half that of an equal ball.
-    largest = 0.9
-    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
-    # (``START.blur_radii``).
-    blur_balls = 0.35
 
 
 def brightening(press: FoundPress) -> Float64:
@@ -67,7 +61,9 @@ def brightening(press: FoundPress) -> Float64:
     assert press.start is not None
     change, ball = press.start.shading.change, press.start.ball
     brighter = (np.maximum(change.weighted, 0) ** 2).sum(2)
-    sigma = BESIDE.blur_balls * ball
+    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
+    # (``START.blur_radii``).
+    sigma = 0.35 * ball
     total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 0.1)
     local = cv2.GaussianBlur(brighter, (0, 0), sigma) / total
     x, y = change.to_working(np.asarray(press.centre_px))
@@ -92,7 +88,9 @@ def with_something_beside(presses: Mapping[str, Float64]) -> set[str]:
         Brightening of each press by its name; of single balls for the most part.
     """
     if len(presses) < BESIDE.fewest_presses:
-        return {name for name, found in presses.items() if found.min() > BESIDE.largest}
+        # [ratio] Largest brightening beside the ball. Source: by hand: about half that of an equal
+        # ball.
+        return {name for name, found in presses.items() if found.min() > 0.9}
     largest = BESIDE.typical * np.median(list(presses.values()), axis=0)
     return {name for name, found in presses.items() if (found > largest).any()}
 
@@ -195,27 +193,6 @@ def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
             f"{image.width_px * image.mm_per_px:.3g} mm; press one of at most {most_mm:.3g} mm, or "
             f"correct --ball-diameter-mm"
         )
-
-
-class TOUCH_EXAMINATION:
-    """Limits of a press that is kept. Nothing sets them: they are ratios of lengths."""
-
-    # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
-    # circle search needs (``FIT``).
-    smallest_contact = 0.35
-    # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its plate.
-    # Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63
-    # on a half-space and 0.8 if all of the cap touches, as on a thin layer.
-    largest_contact = 0.78
-    # [share of the gel's thickness] A ball with this contact would be too deep for the gel.
-    deepest = 0.75
-    # [share] Less of the contact inside the image is too little. Source: geometry: the circle is
-    # whole but for a pixel's error.
-    visible = 0.97
-    # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
-    # rigs (``benchmarks/guided_calibration.py``).
-    irregular = 0.25
-    saturated = 0.2  # [share] Largest share of the contact that is saturated
 
 
 _BESIDE = "something else touches next to the ball; press the ball alone"
@@ -332,17 +309,28 @@ class Examiner:
         """Return why a press whose circle was found is not kept; empty if it is."""
         share = press.radius_px / self._bench.touching_px
         depth_mm = (1 - np.sqrt(max(0.0, 1 - share**2))) * press.ball_diameter_mm / 2
-        if visible_share(press) < TOUCH_EXAMINATION.visible:
+        # [share] Less of the contact inside the image is too little. Source: geometry: the circle
+        # is whole but for a pixel's error.
+        if visible_share(press) < 0.97:
             return "the image border cuts the contact; press further inside"
-        if share < TOUCH_EXAMINATION.smallest_contact:
+        # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
+        # circle search needs (``PRESS_FIT``).
+        if share < 0.35:
             return "the contact is too small; press deeper"
-        deepest_mm = TOUCH_EXAMINATION.deepest * press.thickness_mm
-        if share > TOUCH_EXAMINATION.largest_contact or depth_mm > deepest_mm:
+        # [share of the gel's thickness] A ball with this contact would be too deep for the gel.
+        deepest_mm = 0.75 * press.thickness_mm
+        # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its
+        # plate. Source: geometry: the depth of a fifth of the diameter, which the guide asks for,
+        # gives 0.63 on a half-space and 0.8 if all of the cap touches, as on a thin layer.
+        if share > 0.78 or depth_mm > deepest_mm:
             return "the contact is too large; press less deep"
-        if press.circle.radius_std_px > TOUCH_EXAMINATION.irregular * press.ball_radius_px:
+        # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
+        # rigs (``benchmarks/guided_calibration.py``).
+        if press.circle.radius_std_px > 0.25 * press.ball_radius_px:
             return "the contact is not round; press the ball alone, straight down"
         contact = press.area()
-        if press.frame.saturated[contact].any(axis=-1).mean() > TOUCH_EXAMINATION.saturated:
+        # [share] Largest share of the contact that is saturated
+        if press.frame.saturated[contact].any(axis=-1).mean() > 0.2:
             return "much of the contact is saturated; press less deep, or expose for less time"
         return ""
 

@@ -43,11 +43,6 @@ class SESSION:
     # [count] No more are asked for. Source: the guide: thirty presses are good, and with one bad
     # in five 24 are left of them.
     most_presses = 24
-    # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
-    most_attempts = 30
-    # [count] Fewest presses with which guiding ends by itself. Source: the circle search
-    # describes the light best from 12 on (``LIGHT``).
-    enough_presses = 12
 
 
 class GuidedCalibration:
@@ -262,9 +257,12 @@ class GuidedCalibration:
         kept = len(self._circles)
         if kept + len(self._examined) >= SESSION.most_presses:
             return True
-        if kept < SESSION.enough_presses:
+        # [count] Fewest presses with which guiding ends by itself. Source: the circle search
+        # describes the light best from 12 on (``LIGHT``).
+        if kept < 12:
             return False
-        if self._attempts >= SESSION.most_attempts:
+        # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
+        if self._attempts >= 30:
             return True
         complete = self._coverage.is_complete(list(self._circles.values()))
         return complete and not still_helps(self._errors_deg)

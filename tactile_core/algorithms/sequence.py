@@ -23,17 +23,6 @@ class SEQUENCE:
     # [count] Cells of the grid on which exposures are compared.
     rows = 16
     columns = 20
-    # [count] Samples along each side of a cell, averaged to reduce the noise of the coating.
-    samples_across_cell = 3
-    # [ratio] An exposure shows another light if its quotient with that reference is narrower by
-    # this. Source: chosen on the six-LED ball grids, where a correct exposure is narrower with
-    # its own reference by a factor of at least 1.9 (ADR 9).
-    better_ratio = 0.65
-    # [ratio] Two exposures show one light if they differ by less than this share of the
-    # difference between their references.
-    same_ratio = 0.3
-    # [ratio] The same as a share of the median difference between two exposures.
-    same_ratio_without_reference = 0.1
     # [ratio] An exposure is dark if its brightness relative to the reference is below
     # ``dark_among`` times the median of all exposures, or below ``dark_alone``.
     dark_among = 0.5
@@ -88,7 +77,8 @@ def pattern(pixels: Array, full_scale: float) -> Pattern:
     """
     at = []
     for size, cells in zip(pixels.shape[:2], (SEQUENCE.rows, SEQUENCE.columns), strict=True):
-        wanted = cells * SEQUENCE.samples_across_cell
+        # [count] Samples along each side of a cell, averaged to reduce the noise of the coating.
+        wanted = cells * 3
         samples = wanted if size >= wanted else min(size, cells)
         at.append(np.linspace(0, size - 1, samples).astype(np.intp))
     sampled = pixels[np.ix_(*at)]
@@ -127,7 +117,10 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFau
         width = _widths(seen.logs, reference.logs)
         for k in bright:
             best = int(np.argmin(width[k]))
-            if width[k, best] < SEQUENCE.better_ratio * width[k, k]:
+            # [ratio] An exposure shows another light if its quotient with that reference is
+            # narrower by this. Source: chosen on the six-LED ball grids, where a correct exposure
+            # is narrower with its own reference by a factor of at least 1.9 (ADR 9).
+            if width[k, best] < 0.65 * width[k, k]:
                 found.append(SequenceFault(int(k), best))
     if found:
         return tuple(sorted(found, key=lambda fault: fault.exposure))
@@ -143,10 +136,14 @@ def _find_repeated(
         return ()
     width = _half_width(logs[second] - logs[first])
     if reference is None:
-        same = width < SEQUENCE.same_ratio_without_reference * np.median(width)
+        # [ratio] Two exposures show one light if they differ by less than this share of the median
+        # difference between two.
+        same = width < 0.1 * np.median(width)
     else:
         apart = _half_width(reference.logs[second] - reference.logs[first])
-        same = width < SEQUENCE.same_ratio * apart
+        # [ratio] Two exposures show one light if they differ by less than this share of the
+        # difference between their references.
+        same = width < 0.3 * apart
     return tuple(
         SequenceFault(int(j), int(i), certain=False)
         for i, j, is_same in zip(first, second, same, strict=True)

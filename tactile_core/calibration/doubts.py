@@ -27,10 +27,6 @@ class DOUBTS:
     # by 0.15 ball radii or drift to 0.35 on one side (ADR 45). Slopes are then off by about as
     # much, 4°.
     offset = 0.07
-    # [ratio] Largest difference between two halves, over the error of predicting a flat surface.
-    # Source: by hand, independent errors of both halves then amount to a sixth of all that there
-    # is to measure.
-    halves = 0.25
 
 
 _NOTHING_HELD_OUT = (
@@ -58,7 +54,7 @@ def doubts(score: Score | None, used: Sequence[TargetSurface]) -> tuple[str, ...
             f"with it; check the labels, the ball's diameter and the reference",
         )
     ball_px = _ball_radius_px(used)
-    said = (_radius(score), _offset(score, ball_px), _left_out_size(score), _halves(score))
+    said = (_radius(score), _offset(score, ball_px), _left_out_size(score))
     return tuple(sentence for sentence in said if sentence)
 
 
@@ -99,16 +95,6 @@ def _left_out_size(score: Score) -> str:
     )
 
 
-def _halves(score: Score) -> str:
-    difference_deg = score.halves_difference_deg
-    if difference_deg is None or difference_deg <= DOUBTS.halves * score.predict_flat_deg:
-        return ""
-    return (
-        f"calibrations on two halves of the presses measure normals that differ by "
-        f"{difference_deg:.1f}°: record more presses, all over the image"
-    )
-
-
 def _ball_radius_px(used: Sequence[TargetSurface]) -> float:
     sizes_px = [
         surface.ball_diameter_mm / 2 / surface.frame.mm_per_px
@@ -116,27 +102,6 @@ def _ball_radius_px(used: Sequence[TargetSurface]) -> float:
         if surface.ball_diameter_mm is not None
     ]
     return min(sizes_px, default=float("inf"))
-
-
-class PLAUSIBILITY:
-    """Limits of what is plausible. Nothing sets them from outside: they only warn."""
-
-    # [ball radii] A wider contact indicates that the ball is larger than said, or the scale
-    # smaller. Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on
-    # recordings of four real sensors. With diameters a fifth to a half too small the widest was
-    # 0.97 when the border was that of a shape (ADR 45).
-    widest_contact = 0.95
-    # [ratio] A smaller share of such presses is that of circles that are wrong. Source: of 24
-    # presses of a real sensor one had such a circle; with diameters a fifth to a half too small,
-    # a tenth and more of the presses.
-    fewest_wide = 0.05
-    # [ratio] A smaller share of usable presses is reported. Source: by hand, the majority should
-    # be presses of the given ball.
-    fewest_used = 0.5
-    # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source:
-    # by hand, larger than the perspective of a tilted camera leaves, and as much as a
-    # calibration's radius may be off before it is reported.
-    pitch_tolerance = 0.1
 
 
 def implausible(
@@ -173,7 +138,10 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
     if found is None:
         return ""
     pitch_mm = found[1] * mm_per_px
-    if abs(pitch_mm / gel.markers.pitch_mm - 1) <= PLAUSIBILITY.pitch_tolerance:
+    # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source: by
+    # hand, larger than the perspective of a tilted camera leaves, and as much as a calibration's
+    # radius may be off before it is reported.
+    if abs(pitch_mm / gel.markers.pitch_mm - 1) <= 0.1:
         return ""
     return (
         f"the markers of the reference are {pitch_mm:.2f} mm apart at {mm_per_px:g} mm per pixel, "
@@ -187,7 +155,9 @@ def _report_unused(balls: Sequence[FoundPress]) -> str:
     for size_mm in sorted({ball.ball_diameter_mm for ball in balls}):
         those = [ball for ball in balls if ball.ball_diameter_mm == size_mm]
         used = sum(ball.used for ball in those)
-        if used >= PLAUSIBILITY.fewest_used * len(those):
+        # [ratio] A smaller share of usable presses is reported. Source: by hand, the majority
+        # should be presses of the given ball.
+        if used >= 0.5 * len(those):
             continue
         ((reason, _),) = Counter(ball.why for ball in those if not ball.used).most_common(1)
         return (
@@ -198,10 +168,17 @@ def _report_unused(balls: Sequence[FoundPress]) -> str:
 
 
 def _wide(balls: Sequence[FoundPress]) -> str:
-    limit = PLAUSIBILITY.widest_contact
+    # [ball radii] A wider contact indicates that the ball is larger than said, or the scale
+    # smaller. Source: the gel would have to rise to 72° around the ball; 0.94 is the largest on
+    # recordings of four real sensors. With diameters a fifth to a half too small the widest was
+    # 0.97 when the border was that of a shape (ADR 45).
+    limit = 0.95
     used = [ball for ball in balls if ball.used]
     wide = [ball for ball in used if ball.radius_px > limit * ball.ball_radius_px]
-    if len(wide) <= PLAUSIBILITY.fewest_wide * len(used):
+    # [ratio] A smaller share of such presses is that of circles that are wrong. Source: of 24
+    # presses of a real sensor one had such a circle; with diameters a fifth to a half too small, a
+    # tenth and more of the presses.
+    if len(wide) <= 0.05 * len(used):
         return ""
     return (
         f"the contact is as wide as the ball in {len(wide)} of {len(balls)} presses, e.g. in "

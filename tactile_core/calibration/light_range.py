@@ -69,17 +69,6 @@ def _pairs(values: Array) -> Pairs:
     return tuple((round(float(x), 6), round(float(y), 6)) for x, y in values)
 
 
-class AZIMUTHS:
-    """Parameters of the check of light directions.
-
-    Nothing sets them from outside: it only warns.
-    """
-
-    # [degrees] A light whose learned azimuth differs from the profile's by more is reported.
-    # Source: by hand, no script derives it. See ADR 17.
-    tolerance_deg = 25.0
-
-
 def channel_azimuths(presses: Sequence[TargetSurface], reference: Reference) -> tuple[float, ...]:
     """Estimate the azimuth of each channel's light, in degrees from x towards y.
 
@@ -107,7 +96,9 @@ def misplaced_lights(
     def off_deg(name: str, azimuth_deg: float) -> float:
         return abs((azimuth_deg - expected[name] + 180) % 360 - 180)
 
-    far = [(name, a) for name, a in pairs if off_deg(name, a) > AZIMUTHS.tolerance_deg]
+    # [degrees] A light whose learned azimuth differs from the profile's by more is reported.
+    # Source: by hand, no script derives it. See ADR 17.
+    far = [(name, a) for name, a in pairs if off_deg(name, a) > 25.0]
     if not far:
         return ()
     nearest = []

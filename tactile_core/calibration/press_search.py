@@ -74,7 +74,7 @@ def find_presses(
     """
     balls_px = list(np.broadcast_to(ball_radius_px, len(frames)).astype(float))
     if labels is not None:
-        missing = Circle((0.0, 0.0), 0.0, False, "it has no row in the labels", 0.0)
+        missing = Circle((0.0, 0.0), 0.0, "it has no row in the labels")
         return [
             FoundPress(
                 file,

@@ -26,31 +26,6 @@ from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 
-class MAP_ROWS:
-    """Parameters of sampling a height map. Nothing sets them from outside.
-
-    They balance the few steep pixels of a map against the many level ones; see
-    ADR 14.
-    """
-
-    # [count] Bands into which the rows are divided, at most; each is held out once. Source: by
-    # hand, equal to the folds of the cross-validation (``scoring.py``).
-    most_bands = 5
-    rows_per_band = 20  # [px] Rows that a band has at least
-    most_pixels = 5_000  # [count] Training pixels of a band, at most
-    # [degrees] Bin width of the histogram of slopes by which pixels are thinned.
-    slope_bin_deg = 2.5
-    # [px] Standard deviation of the high-pass filter before light directions are estimated: a
-    # reference that is made from the press has lost larger shapes.
-    fine_px = 4.0
-    # [share of full scale] Floor of the reference in the quotient of frame and reference.
-    least_intensity = 0.01
-    # [count] Pixels of the reference that join the training samples. They keep the model level
-    # where the rows leave the image out. Source: chosen on a real grooved part (ADR 14);
-    # thousands flatten narrow grooves.
-    undeformed_pixels = 300
-
-
 @dataclass(frozen=True, eq=False)
 class MapBlock:
     """A band of rows of a height map, as a target surface.
@@ -122,9 +97,10 @@ class MapBlock:
             plane[rows - self.target.first_row, columns] for plane in self.target.smooth_slopes
         )
         slope_deg = np.degrees(np.arctan(np.hypot(gx, gy)))
-        bins = (slope_deg / MAP_ROWS.slope_bin_deg).astype(int)
+        # [degrees] Bin width of the histogram of slopes by which pixels are thinned.
+        bins = (slope_deg / 2.5).astype(int)
         weight = np.bincount(bins).astype(np.float64)[bins] ** -0.5
-        count = min(MAP_ROWS.most_pixels, len(rows))
+        count = min(5_000, len(rows))  # [count] Training pixels of a band, at most
         pick = np.random.default_rng(0).choice(
             len(rows), count, replace=False, p=weight / weight.sum()
         )
@@ -159,7 +135,8 @@ class MapBlock:
         top = self.target.first_row
         band = slice(top, top + len(self.target.height_mm))
         base = reference.pixels[band]
-        floor = np.float32(MAP_ROWS.least_intensity * self.frame.full_scale)
+        # [share of full scale] Floor of the reference in the quotient of frame and reference.
+        floor = np.float32(0.01 * self.frame.full_scale)
         change = self.frame.pixels[band] / np.maximum(base, floor) - np.float32(1)
         at = (self.target.usable & self._band(self.target.margin_px)).nonzero()
         slopes = np.stack(self.target.slopes, axis=2)
@@ -184,7 +161,10 @@ def blocks(target: HeightTarget) -> list[MapBlock]:
     InputError
         No band does.
     """
-    count = min(MAP_ROWS.most_bands, max(1, len(target.height_mm) // MAP_ROWS.rows_per_band))
+    # [count] Bands into which the rows are divided, at most; each is held out once. Source: by
+    # hand, equal to the folds of the cross-validation (``scoring.py``).
+    # [px] Rows that a band has at least
+    count = min(5, max(1, len(target.height_mm) // 20))
     edges = [round(len(target.height_mm) * i / count) for i in range(count + 1)]
     bands = [MapBlock(target, a, b) for a, b in pairwise(edges)]
     used = [band for band in bands if band.used]
@@ -194,7 +174,9 @@ def blocks(target: HeightTarget) -> list[MapBlock]:
 
 
 def _fine(planes: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.asarray(planes - cv2.GaussianBlur(planes, (0, 0), MAP_ROWS.fine_px), np.float32)
+    # [px] Standard deviation of the high-pass filter before light directions are estimated: a
+    # reference that is made from the press has lost larger shapes.
+    return np.asarray(planes - cv2.GaussianBlur(planes, (0, 0), 4.0), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,7 +302,10 @@ class PressedMap:
 
     def sample_undeformed(self, condition: Conditioning) -> Press:
         """Training samples of the undeformed gel surface, from a conditioning's reference."""
-        return undeformed_sample(self.frame, condition.undeformed, MAP_ROWS.undeformed_pixels)
+        # [count] Pixels of the reference that join the training samples. They keep the model level
+        # where the rows leave the image out. Source: chosen on a real grooved part (ADR 14);
+        # thousands flatten narrow grooves.
+        return undeformed_sample(self.frame, condition.undeformed, 300)
 
     def make_fold(self, held_out: Collection[int]) -> Fold[MapBlock] | None:
         """Return the other bands, in a copy of the frame without the held-out ones."""

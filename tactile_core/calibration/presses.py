@@ -71,37 +71,12 @@ class PRESS:
     They follow from the geometry of a ball on a gel, not from the sensor: all lengths are ratios.
     """
 
-    # [ball radii] Largest radius of training pixels on a single ball. Closer to the equator the
-    # gel surface has lifted off the ball, where the model sphere is no ground truth. Source: by
-    # hand, on real three-colour presses.
-    trusted_ball_share = 0.75
-    # [ball radii] The same for balls in a grid, which are pressed in deeper. Attached shadows
-    # limit it. Source: by hand, on real grids of balls.
-    trusted_grid_share = 0.85
-    # [contact radii] Largest radius of training pixels, in radii of the contact that was found.
-    # Nearer to the rim, smoothing and errors of the circle mix in gel surface that has left the
-    # ball. It is less steep than the label says, so that the model would make the other slopes
-    # too steep. Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the
-    # third it is within 0.02° of the best (ADR 46).
-    trusted_contact_share = 0.8
-    # [contact radii] The same for a calibration that is fitted to heights: a rim that is a pixel
-    # off changes the height less than the slope, and without it the heights of the lower half are
-    # extrapolated. Source: definition of the contact.
-    trusted_height_share = 1.0
     # [contact radii (ball radii in a grid)] Pixels within it count in a score. Source: definition
     # of the held-out score (``docs/reference/accuracy.md``).
     scored_contact_share = 0.8
-    scored_ball_share = 0.9  # [ball radii] Upper limit of the scored radius of a single ball
-    # [ball radii] Pixels farther from the centre count as undeformed.
-    undeformed_distance_balls = 3.5
     # [ratio] Undeformed training pixels per pixel on the ball. With fewer, small biases of
     # undeformed pixels add up to a tilted height map.
     undeformed_share = 0.25
-    # [contact radii] A sphere is fitted to the heights of a contact within this radius. Source:
-    # by hand, twice the contact leaves room for a circle that is off by as much as its radius,
-    # and contains undeformed surface.
-    sphere_contact_share = 2.0
-    rim_points = 32  # [count] Points of the contact's rim at which its height is averaged
 
 
 # Beginning of the reason to exclude a press that belongs to another reference.
@@ -174,7 +149,7 @@ class FoundPress:
             return PRESS.scored_contact_share * self.ball_radius_px
         return min(
             PRESS.scored_contact_share * self.circle.contact_radius_px,
-            PRESS.scored_ball_share * self.ball_radius_px,
+            0.9 * self.ball_radius_px,  # its upper limit: nearer to the equator it is too steep
         )
 
     @property
@@ -219,7 +194,10 @@ class FoundPress:
 
         The circle only chooses the surroundings; the pixels follow from the heights.
         """
-        near = self.disc(PRESS.sphere_contact_share * self.circle.contact_radius_px)
+        # [contact radii] A sphere is fitted to the heights of a contact within this radius. Source:
+        # by hand, twice the contact leaves room for a circle that is off by as much as its radius,
+        # and contains undeformed surface.
+        near = self.disc(2.0 * self.circle.contact_radius_px)
         height_px, rest_px = height_mm / np.float32(self.frame.mm_per_px), None
         if self.dome_radius_px is not None:
             shape = near.shape[0], near.shape[1]
@@ -235,7 +213,8 @@ class FoundPress:
         """(N,) height of the gel surface on the ball above the undeformed surface."""
         (x, y), radius_px = self.circle.centre_px, self.circle.contact_radius_px
         scale = self.frame.mm_per_px
-        around = np.linspace(0, 2 * np.pi, PRESS.rim_points, endpoint=False)
+        # [count] Points of the contact's rim at which its height is averaged
+        around = np.linspace(0, 2 * np.pi, 32, endpoint=False)
         rim_x, rim_y = x + radius_px * np.cos(around), y + radius_px * np.sin(around)
         rim_px = self.on_ball.heights(rim_x, rim_y).mean()
         top_px = self.on_ball.heights(np.array([x]), np.array([y]))[0]
@@ -255,11 +234,25 @@ class FoundPress:
         Between the balls of a grid no pixel is reliably undeformed; see
         :func:`~tactile_core.calibration.light_range.undeformed_press`.
         """
-        trusted = PRESS.trusted_grid_share if self.in_grid else PRESS.trusted_ball_share
-        share = PRESS.trusted_height_share if self.for_heights else PRESS.trusted_contact_share
+        # [ball radii] Largest radius of training pixels on a single ball. Closer to the equator the
+        # gel surface has lifted off the ball, where the model sphere is no ground truth. Source: by
+        # hand, on real three-colour presses.
+        # [ball radii] The same for balls in a grid, which are pressed in deeper. Attached shadows
+        # limit it. Source: by hand, on real grids of balls.
+        trusted = 0.85 if self.in_grid else 0.75
+        # [contact radii] Largest radius of training pixels, in radii of the contact that was found.
+        # Nearer to the rim, smoothing and errors of the circle mix in gel surface that has left the
+        # ball. It is less steep than the label says, so that the model would make the other slopes
+        # too steep. Source: chosen on each two of three sets of presses among 0.6 to 0.95; on the
+        # third it is within 0.02° of the best (ADR 46).
+        # [contact radii] The same for a calibration that is fitted to heights: a rim that is a
+        # pixel off changes the height less than the slope, and without it the heights of the lower
+        # half are extrapolated. Source: definition of the contact.
+        share = 1.0 if self.for_heights else 0.8
         radius = min(trusted * self.ball_radius_px, share * self.circle.contact_radius_px)
         rows, columns, slopes = self.true_gradients(self.surface(radius))
-        distance_px = PRESS.undeformed_distance_balls * self.ball_radius_px
+        # [ball radii] Pixels farther from the centre count as undeformed.
+        distance_px = 3.5 * self.ball_radius_px
         undeformed = ~self.disc(np.inf if self.in_grid else distance_px)
         if self.frame.marker_mask is not None:
             undeformed &= ~self.frame.marker_mask

@@ -29,15 +29,6 @@ class REPORT:
     plot_px = 320
     margin_px = 34
     picture_px = 240  # [px] Height of a press's picture
-    # [px] Height of a picture of several balls. Source: by hand, each ball is then large enough
-    # to see.
-    grid_px = 960
-    # [degrees] Largest pitch in the plot. Source: by hand, slopes that a ball teaches end below
-    # it.
-    pitch_deg: float = 60
-    # [degrees] Yaw is plotted for steeper slopes only. Source: by hand, yaw is undefined on level
-    # gel.
-    steep_deg: float = 5
 
 
 def write_report(
@@ -90,14 +81,17 @@ def write_report(
 def _score_parts(score: Score, coverage: Mapping[str, float]) -> list[str]:
     measured, true = score.samples[:, :2], score.samples[:, 2:]
     pitch = [np.degrees(np.arctan(np.hypot(*s.T))) for s in (true, measured)]
-    steep = pitch[0] > REPORT.steep_deg
+    # [degrees] Yaw is plotted for steeper slopes only. Source: by hand, yaw is undefined on level
+    # gel.
+    steep = pitch[0] > 5
     yaw = [np.degrees(np.arctan2(s[steep, 1], s[steep, 0])) for s in (true, measured)]
+    # [degrees] Largest pitch in the plot. Source: by hand, slopes that a ball teaches end below it.
     return [
         heading("Score on held-out presses"),
         *map(paragraph, score.sentences(coverage)),
         paragraph(f"height RMSE: {1e3 * score.height_rmse_mm:.0f} µm"),
         figure(
-            scatter(pitch[0], pitch[1], 0, REPORT.pitch_deg),
+            scatter(pitch[0], pitch[1], 0, 60),
             "pitch in degrees: measured (vertical) against true (horizontal)",
         ),
         figure(
@@ -166,7 +160,9 @@ def scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> 
 def _overlay(presses: Sequence[TargetSurface]) -> Rgb:
     """Return a frame with the outlines and centres of its presses, the first one on top."""
     picture = _rgb(presses[0])
-    scale = (REPORT.grid_px if len(presses) > 1 else REPORT.picture_px) / picture.shape[0]
+    # [px] Height of a picture of several balls. Source: by hand, each ball is then large enough to
+    # see.
+    scale = (960 if len(presses) > 1 else REPORT.picture_px) / picture.shape[0]
     size = round(picture.shape[1] * scale), round(picture.shape[0] * scale)
     shrinks = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
     picture = np.asarray(cv2.resize(picture, size, interpolation=shrinks), np.uint8)

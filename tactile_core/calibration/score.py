@@ -42,9 +42,6 @@ class Score:
     spheres : mapping of int to MeasuredSphere
         Spheres fitted to the height maps of the held-out balls, by the number of the surface. They
         depend on the circles only through the calibration. Empty for other targets.
-    halves_difference_deg : float or None
-        Mean angle between the normals that calibrations on two disjoint halves of the surfaces
-        measure, over the pixels of the score; None with fewer than four surfaces.
     left_out_size_ratio : float or None
         Median of such ratios for the balls of one size, measured with a calibration on the other
         sizes; the worst of all sizes, None for a single size.
@@ -59,7 +56,6 @@ class Score:
     samples: np.ndarray
     errors: SlopeErrors | None = None
     spheres: Mapping[int, MeasuredSphere] = field(default_factory=dict)
-    halves_difference_deg: float | None = None
     left_out_size_ratio: float | None = None
 
     def sentences(self, coverage: Mapping[str, float]) -> list[str]:
@@ -83,11 +79,6 @@ class Score:
                 f"a size of ball that was left out: radius {self.left_out_size_ratio:.3f} of the "
                 f"ball's"
             )
-        if self.halves_difference_deg is not None:
-            said.append(
-                f"calibrations on two halves of the presses: normals differ by "
-                f"{self.halves_difference_deg:.2f}°"
-            )
         said.append(
             f"held-out normal error: mean {self.mean_deg:.2f}°, median {self.median_deg:.2f}°, "
             f"90 % {self.p90_deg:.2f}° (predicting 'flat': {self.predict_flat_deg:.1f}°), on "
@@ -98,6 +89,7 @@ class Score:
 
     def summary(self) -> dict[str, Any]:
         """Return the ``held_out`` entry of ``tactile calibrate --json``."""
+        ratio = self.left_out_size_ratio
         return {
             "presses": self.presses,
             "normal_error_deg": {
@@ -109,8 +101,7 @@ class Score:
             "height_rmse_mm": round(self.height_rmse_mm, 6),
             "sphere_radius_ratio": self._radii(),
             "sphere_offset_px": self._offsets(),
-            "halves_difference_deg": _round_value(self.halves_difference_deg),
-            "left_out_size_ratio": _round_value(self.left_out_size_ratio),
+            "left_out_size_ratio": None if ratio is None else round(ratio, 4),
         }
 
     def sphere_quartiles(self) -> tuple[float, float, float] | None:
@@ -141,18 +132,6 @@ class Score:
         if offsets is None:
             return None
         return {"median": round(offsets[0], 3), "p90": round(offsets[1], 3)}
-
-
-def _round_value(value: float | None) -> float | None:
-    return None if value is None else round(value, 4)
-
-
-class ERROR_FIT:
-    """Parameters of the fit. Nothing sets them from outside."""
-
-    # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
-    # Source: by hand, a hundred values give a quantile within a tenth.
-    min_undeformed = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +238,9 @@ def _correlation_mm(surfaces: list[HeldOutSurface], slopes: Float32, std: Float3
             error_mm = (height_mm - surface.truth.heights_mm)[~undeformed]
             contact.append(np.abs(error_mm - np.median(error_mm)) / expected_mm[~undeformed])
     ratios = np.concatenate(far)
-    if len(ratios) < ERROR_FIT.min_undeformed and contact:
+    # [count] With fewer pixels of undeformed gel the correlation length comes from the contacts.
+    # Source: by hand, a hundred values give a quantile within a tenth.
+    if len(ratios) < 100 and contact:
         ratios = np.concatenate(contact)
     if not len(ratios):
         return assumed_mm

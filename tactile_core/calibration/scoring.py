@@ -60,32 +60,6 @@ class Trials(Generic[S]):
         return self.fit([*training, *self.undeformed], self.reference)
 
 
-def halves_of(used: Sequence[int]) -> list[tuple[int, ...]]:
-    """Every second surface and the others; none with fewer than two in a half."""
-    return [tuple(used[::2]), tuple(used[1::2])] if len(used) >= 4 else []
-
-
-def slopes_by_half(trials: Trials[S], half: Sequence[int]) -> np.ndarray | None:
-    """Slopes (N, 2) of the scored pixels of all used surfaces, by a calibration on some.
-
-    A half finds its circles and its light on its own, so that the difference between two contains
-    their errors as far as they vary from press to press. None if the half cannot be used.
-    """
-    surfaces = trials.surfaces
-    training = trials.without([i for i in range(len(surfaces)) if i not in half])
-    if training is None:
-        return None
-    model = trials.fit(training.samples, training.reference)
-    frames = measured_frames(model, (surfaces[i] for i in trials.used), trials.reference)
-    return np.concatenate([_slopes(surface, shown.gx, shown.gy) for surface, shown in frames])
-
-
-def halves_difference_deg(slopes: Sequence[np.ndarray | None]) -> float | None:
-    """Mean angle between the normals of two calibrations, in degrees; None without two."""
-    measured = [one for one in slopes if one is not None]
-    return float(angles_deg(*measured).mean()) if len(measured) == 2 else None
-
-
 def sizes_of(trials: Trials[Any]) -> list[float]:
     """Diameters of the usable balls, mm; none if they have a single size."""
     sizes = {trials.surfaces[i].ball_diameter_mm for i in trials.used}
@@ -122,17 +96,11 @@ def left_out_size_ratio(ratios: Sequence[Sequence[float] | None]) -> float | Non
     return max(medians, key=lambda ratio: abs(ratio - 1))
 
 
-def _slopes(surface: S, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
-    mask = surface.scored_area()
-    return np.stack([gx[mask], gy[mask]], 1)
-
-
 class SCORING:
     """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable."""
 
     # [count] Folds of the cross-validation, at most. Source: by hand, the usual number of folds.
     folds = 5
-    report_samples = 200  # [count] Pixels of each surface that the report plots
 
 
 class HeldOut(NamedTuple):
@@ -168,8 +136,6 @@ class CrossValidation:
     trials : Trials
     folds : list of range
         Indices of the surfaces that each fold holds out.
-    halves : list of tuple of int
-        Indices of the surfaces in two halves, if there are enough.
     sizes : list of float
         Diameters of balls that are each left out, if there are several.
 
@@ -181,7 +147,6 @@ class CrossValidation:
 
     trials: Trials[Any]
     folds: list[range]
-    halves: list[tuple[int, ...]]
     sizes: list[float]
 
     @classmethod
@@ -189,23 +154,22 @@ class CrossValidation:
         """Divide the surfaces; with fewer than two usable ones there is nothing to do."""
         used, count = trials.used, len(trials.surfaces)
         if len(used) < 2:
-            return cls(trials, [], [], [])
+            return cls(trials, [], [])
         folds = min(SCORING.folds, count)
         ranges = [range(fold, count, folds) for fold in range(folds)]
-        return cls(trials, ranges, halves_of(used), sizes_of(trials))
+        return cls(trials, ranges, sizes_of(trials))
 
     @property
     def tasks(self) -> list[Task]:
         """All calibrations, for :meth:`Crew.run` with the trials."""
         return [
             *(Task(measured_fold, (fold,)) for fold in self.folds),
-            *(Task(slopes_by_half, (half,)) for half in self.halves),
             *(Task(ratios_of_left_out_size, (size,)) for size in self.sizes),
         ]
 
     def score(self, results: Sequence[Any]) -> Score | None:
         """Combine the results of the tasks; None without any measured pixel."""
-        folds, halves = len(self.folds), len(self.halves)
+        folds = len(self.folds)
         held_out = {i: one for fold in results[:folds] for i, one in fold.items()}
         errors = [angles_deg(one.found, one.true) for one in held_out.values()]
         if not sum(map(len, errors)):
@@ -223,8 +187,7 @@ class CrossValidation:
             samples=np.concatenate([_some(one) for one in held_out.values()]).astype(np.float32),
             errors=fitted_errors(o.surface for o in held_out.values() if o.surface is not None),
             spheres={i: one.sphere for i, one in held_out.items() if one.sphere is not None},
-            halves_difference_deg=halves_difference_deg(results[folds : folds + halves]),
-            left_out_size_ratio=left_out_size_ratio(results[folds + halves :]),
+            left_out_size_ratio=left_out_size_ratio(results[folds:]),
         )
 
 
@@ -255,5 +218,5 @@ def measured_fold(trials: Trials[S], held_out: Sequence[int]) -> dict[int, HeldO
 
 def _some(one: HeldOut) -> np.ndarray:
     """Measured and true slopes (N, 4) of some pixels, for the report."""
-    step = max(1, len(one.true) // SCORING.report_samples)
+    step = max(1, len(one.true) // 200)  # [count] Pixels of each surface that the report plots
     return np.column_stack([one.found, one.true])[::step]

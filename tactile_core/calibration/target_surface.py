@@ -92,20 +92,6 @@ S = TypeVar("S", bound=TargetSurface)
 SUFFIX = ".tmd"  # Ending of a height map's file name
 
 
-class HEIGHT_TARGET:
-    """Parameters of reading a height map. Nothing sets them from outside: they guard the input."""
-
-    # [ratio] Scales of the map and of the profile may differ by this share. Source: the tolerance
-    # of all scales, as for bundles (``bundles/bundle.py``).
-    scale_tolerance = 0.01
-    # [share] A pixel of the frame counts as measured if at least this share of the map's pixels
-    # in it hold heights. Source: mathematics; 1 less a margin for float32 averages.
-    full_share = 0.999
-    # [standard deviations of the smoothing] Distance from a border within which smoothed slopes
-    # are not used. Source: mathematics; two standard deviations hold 95 % of a Gaussian.
-    margin_sigmas = 2.0
-
-
 def is_height_map(target: Path | None) -> bool:
     """Return whether a target's file name is that of a height map."""
     return target is not None and target.suffix.lower() == SUFFIX
@@ -193,7 +179,9 @@ class HeightTarget:
             size = width, height
             filled = np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_AREA), np.float32)
             share = cv2.resize(measured.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-            measured = np.asarray(share) > HEIGHT_TARGET.full_share
+            # [share] A pixel of the frame counts as measured if at least this share of the map's
+            # pixels in it hold heights. Source: mathematics; 1 less a margin for float32 averages.
+            measured = np.asarray(share) > 0.999
         made = cls(path.name, frame, filled[first:last], measured[first:last], first, blur_px)
         if last - first <= 2 * made.margin_px:
             raise InputError(
@@ -205,7 +193,9 @@ class HeightTarget:
     @property
     def margin_px(self) -> int:
         """Width in px of the unused margin at borders, where smoothing mixes in other pixels."""
-        return int(np.ceil(HEIGHT_TARGET.margin_sigmas * self.blur_px)) + 1
+        # [standard deviations of the smoothing] Distance from a border within which smoothed slopes
+        # are not used. Source: mathematics; two standard deviations hold 95 % of a Gaussian.
+        return int(np.ceil(2.0 * self.blur_px)) + 1
 
     @cached_property
     def slopes(self) -> tuple[Float32, Float32]:
@@ -262,7 +252,9 @@ def _factor(tmd: Tmd, path: Path, frame: Frame) -> int:
             f"map is wide; export it again, in mm"
         )
     scale = tmd.mm_per_px * factor
-    if abs(scale / frame.mm_per_px - 1) > HEIGHT_TARGET.scale_tolerance:
+    # [ratio] Scales of the map and of the profile may differ by this share. Source: the tolerance
+    # of all scales, as for bundles (``bundles/bundle.py``).
+    if abs(scale / frame.mm_per_px - 1) > 0.01:
         raise InputError(
             f"{path} has {scale:.5g} mm per pixel of the image and the profile "
             f"{frame.mm_per_px:.5g}; correct 'image.mm_per_px', or give the map of this image"

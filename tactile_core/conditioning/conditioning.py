@@ -113,14 +113,6 @@ class MarkerFinder:
         return gel.model_copy(update={"markers": markers})
 
 
-class COMPENSATION:
-    """Parameters of the compensation. Nothing sets them from outside: they save time alone."""
-
-    # [ratio] If no gain differs from 1 by more, the frame is not divided. Source: by hand, (ADR
-    # 10).
-    least_drift = 0.002
-
-
 class DriftCompensator:
     """Scales frames to the illumination of one reference.
 
@@ -136,7 +128,9 @@ class DriftCompensator:
 
     def __init__(self, reference: Reference, *, divides: bool = True) -> None:
         self._reference, self._divides = reference, divides
-        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
+        self._levels = ReferenceLevels(
+            reference.pixels, reference.full_scale, reference.marker_mask
+        )
 
     def compensate_frame(self, frame: Frame) -> Frame:
         """Return the frame as it would look under the illumination of the reference."""
@@ -147,7 +141,9 @@ class DriftCompensator:
         if change is None:
             return frame
         gains = change.gains
-        if not self._divides or np.abs(gains - 1).max() < COMPENSATION.least_drift:
+        # [ratio] If no gain differs from 1 by more, the frame is not divided. Source: by hand, (ADR
+        # 10).
+        if not self._divides or np.abs(gains - 1).max() < 0.002:
             return frame.beside(light_ratio=change.ratio)
         pixels = divide_by_gains(frame.pixels, gains, frame.full_scale)
         return replace(frame, pixels=pixels, light_ratio=change.ratio)

@@ -69,7 +69,7 @@ def read_labels(
                 f"{where}: {printable(cells['file'][:80])} already has a circle; keep one line"
             )
         _check_circle(x, y, radius, size_px, largest_radius_px, where)
-        circles[name] = Circle((x, y), radius, True, "", 1.0)
+        circles[name] = Circle((x, y), radius)
     return circles
 
 

@@ -64,8 +64,6 @@ def test_true_circles_raise_no_doubt(true: Calibrated) -> None:
     quartiles = true.score.sphere_quartiles()
     assert quartiles is not None
     assert quartiles == pytest.approx((1, 1, 1), abs=0.06)
-    assert true.score.halves_difference_deg is not None
-    assert true.score.halves_difference_deg < 1
 
 
 def test_circles_that_are_all_shifted_are_doubted(
@@ -90,16 +88,14 @@ def test_the_summary_holds_the_new_scores(true: Calibrated) -> None:
     held_out = true.summary(Path("b"))["held_out"]
     assert set(held_out["sphere_radius_ratio"]) == {"median", "iqr"}
     assert set(held_out["sphere_offset_px"]) == {"median", "p90"}
-    assert held_out["halves_difference_deg"] > 0
     assert held_out["left_out_size_ratio"] is None
     assert true.bundle.manifest.held_out == held_out
 
 
 def test_the_circles_cannot_flatter_what_is_said_first(true: Calibrated) -> None:
     assert true.score is not None
-    spheres, halves, normals = true.score.sentences(true.coverage())
+    spheres, normals = true.score.sentences(true.coverage())
     assert "radius" in spheres
-    assert "halves" in halves
     assert normals.startswith("held-out normal error")
     assert "slopes up to" in normals
 
@@ -150,7 +146,7 @@ def test_the_size_whose_presses_are_left_out_is_named() -> None:
     frame = Frame(np.full((120, 160, 3), 99, np.uint8), ("red", "green", "blue"), 0.1)
     reference = Reference(frame.pixels.astype(np.float32), frame.channels, 255.0, 1.0, 1)
     found = FoundPress("press.png", frame, Circle((80.0, 60.0), 14.0), 20.0)
-    unlike = replace(found, circle=Circle((80.0, 60.0), 0.0, False, "not one ball"))
+    unlike = replace(found, circle=Circle((80.0, 60.0), 0.0, "not one ball"))
     small = replace(unlike, ball_radius_px=10.0)
     gel = load_profile("hex_fingertip_unmarked").gel
     (note,) = implausible([found] * 10 + [small] * 10, reference, gel)

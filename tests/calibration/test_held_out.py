@@ -55,7 +55,7 @@ def inputs_of_folds(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Folds]:
         folds.clear()
         made = calibrate(*given, model="core.polynomial", **more)
         assert made.score is not None
-        assert len(folds) == FOLDS + 3, "one fit a fold, one a half, and one on all"
+        assert len(folds) == FOLDS + 1, "one fit a fold, and one on all"
         return [*folds[:FOLDS], folds[-1]]
 
     return run

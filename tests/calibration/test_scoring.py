@@ -9,7 +9,6 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.calibration import scoring
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.interfaces.calibrator import Press
@@ -76,8 +75,6 @@ def test_no_press_is_scored_by_a_model_that_was_fitted_on_it(
         scored.append((frame.source, fitted_on[id(self)]))
         return measure(self, frame, reference)
 
-    # two halves are compared with each other on the presses of both
-    monkeypatch.setattr(scoring, "halves_of", lambda used: [])
     monkeypatch.setattr(PolynomialCalibrator, "fit", noted_fit)
     monkeypatch.setattr(Polynomial, "measure", noted_measure)
     rows = ["file,centre_x_px,centre_y_px,contact_radius_px"]

@@ -20,12 +20,8 @@ class Circle:
     centre_px : (x, y)
         0-based, integers at pixel centres.
     contact_radius_px : float
-    used : bool
-        Whether it is good enough to calibrate on.
     why : str
-        Reason for excluding it; "" when used.
-    confidence : float
-        0 to 1.
+        Reason for excluding it; "" if it is good enough to calibrate on.
     centre_std_px : float
         Standard deviation of each coordinate of the centre; NaN for a circle that was given.
     radius_std_px : float
@@ -34,11 +30,14 @@ class Circle:
 
     centre_px: tuple[float, float]
     contact_radius_px: float
-    used: bool = True
     why: str = ""
-    confidence: float = 1.0
     centre_std_px: float = float("nan")
     radius_std_px: float = float("nan")
+
+    @property
+    def used(self) -> bool:
+        """Whether it is good enough to calibrate on."""
+        return not self.why
 
 
 class SYMMETRY:
@@ -47,16 +46,9 @@ class SYMMETRY:
     Nothing sets them from outside: they are relative to the radius of the ball.
     """
 
-    # [ball radii] Standard deviation of the smoothing before the place of the strongest change is
-    # taken.
-    blur_radii = 0.7
     # [ball radii] Radius of the window around that place, and width over which it falls to 0.
     window_radii = 1.6
     taper_radii = 0.4
-    farthest_radii = 0.8  # [ball radii] Largest distance of the centre from that place
-    # [share of the greatest energy] Lower bound of the divisor of the score, so that a small
-    # overlap has no high score.
-    least_overlap = 0.25
 
 
 _EXCLUDED = -2.0  # Score of points that are too far away; scores are from −1 to 1
@@ -82,7 +74,9 @@ def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]
         −1 (even) to 1 (perfectly odd).
     """
     values = change.weighted
-    energy = cv2.GaussianBlur(change.energy, (0, 0), SYMMETRY.blur_radii * ball_radius)
+    # [ball radii] Standard deviation of the smoothing before the place of the strongest change is
+    # taken.
+    energy = cv2.GaussianBlur(change.energy, (0, 0), 0.7 * ball_radius)
     peak_y, peak_x = np.unravel_index(int(np.argmax(energy)), energy.shape)
     # Nothing outside the window counts: transforming a section is faster.
     reach = int(np.ceil(SYMMETRY.window_radii * ball_radius))
@@ -100,9 +94,12 @@ def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]
     odd = np.fft.irfft2((spectrum**2).sum(2), size)
     square = np.fft.rfft2(change.energy[section] * window, size)
     even = np.fft.irfft2(square * np.fft.rfft2(weight * window, size), size)
-    score = -odd / np.maximum(even, SYMMETRY.least_overlap * even.max() + 1e-12)
+    # [share of the greatest energy] Lower bound of the divisor of the score, so that a small
+    # overlap has no high score.
+    score = -odd / np.maximum(even, 0.25 * even.max() + 1e-12)
     far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)
-    score[far > SYMMETRY.farthest_radii * ball_radius] = _EXCLUDED
+    # [ball radii] Largest distance of the centre from that place
+    score[far > 0.8 * ball_radius] = _EXCLUDED
     j, i = np.unravel_index(int(np.argmax(score)), score.shape)
     peak = np.array([i, j], float)
     if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:

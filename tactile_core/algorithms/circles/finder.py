@@ -23,14 +23,6 @@ class FINDER:
     # [count] First rounds: with a light of low orders, and one contact radius for all. Otherwise
     # light and contact explain each other.
     first_rounds = 4
-    checks = (7, 11)  # [count] Rounds after which outliers are excluded
-    largest_residual = 4.0  # [median residuals] Presses with a larger residual are excluded
-    # [ball radii] Presses whose centre moves further from its first estimate are excluded.
-    farthest_move = 0.5
-    largest_centre_std = 0.1  # [ball radii] Presses whose centre is less certain are excluded
-    # [share] With less of the contact inside the image, that is the reason for an uncertain
-    # centre.
-    least_visible = 0.8
 
 
 def find_circles(
@@ -64,7 +56,7 @@ def find_circles(
         for one in fits.values():
             one.move(one.fit_step(light, free=2 if first else 4))
         light = _with_spread(light, fits.values())
-        if number in FINDER.checks:
+        if number in (7, 11):  # [count] Rounds after which outliers are excluded
             for i, reason in _outliers(fits).items():
                 reasons[i] = reason
                 del fits[i]
@@ -133,19 +125,24 @@ def _outliers(fits: dict[int, PressFit]) -> dict[int, str]:
     typical = max(median, PRESS_FIT.least_residual)
     found = {}
     for i, one in fits.items():
-        if one.residual > FINDER.largest_residual * typical:
+        # [median residuals] Presses with a larger residual are excluded
+        if one.residual > 4.0 * typical:
             found[i] = "not one ball: its colours are not those of the other presses"
-        elif np.hypot(*(one.centre - one.start)) > FINDER.farthest_move * one.ball:
+        # [ball radii] Presses whose centre moves further from its first estimate are excluded.
+        elif np.hypot(*(one.centre - one.start)) > 0.5 * one.ball:
             found[i] = "not one ball: the centres by its colours and by its symmetry differ"
         elif one.contact < PRESS_FIT.smallest_contact:
             found[i] = "the contact is too small to calibrate on; press deeper"
-        elif one.centre_std > FINDER.largest_centre_std:
+        # [ball radii] Presses whose centre is less certain are excluded
+        elif one.centre_std > 0.1:
             found[i] = "its centre is uncertain"
-            if one.visible_share < FINDER.least_visible:
+            # [share] With less of the contact inside the image, that is the reason for an uncertain
+            # centre.
+            if one.visible_share < 0.8:
                 found[i] += ", because the image border cuts the contact; press further inside"
     return found
 
 
 def _exclude_sighting(sighting: Sighting, reason: str) -> Circle:
     x, y = sighting.change.to_image(sighting.centre)
-    return Circle((float(x), float(y)), 0.0, False, reason, 0.0)
+    return Circle((float(x), float(y)), 0.0, reason)

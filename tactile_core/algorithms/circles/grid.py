@@ -17,36 +17,6 @@ from tactile_core.algorithms.photometric import place, relative_change
 from tactile_core.algorithms.sampling import Sampling
 
 
-class BALL_GRID:
-    """Parameters of the refinement of grids.
-
-    Nothing sets them from outside: they are relative to the radius of the balls.
-    """
-
-    blur_radii = 0.1  # [ball radii] Standard deviation of the smoothing
-    least_blur_px = 1.2  # [px] Lower bound of it
-    samples = 12_000  # [count] Pixels that are drawn at random for a fit
-    fewest_pixels = 30  # [count] Balls with fewer visible pixels are excluded
-    # [ball radii] Distances from the centres within which they are refined, one after the other,
-    # up to the contact radius.
-    reaches: tuple[float, ...] = (0.5, 0.65, 0.8, 0.85, 0.85, 0.85)
-    # [ball radii] Upper bound of the move of a centre in one step, along x and along y.
-    farthest_step = 0.25
-    # [count] With fewer balls, terms of the position would fit the errors of the given centres,
-    # and even terms their common shift. So the normals are then odd in the change, without the
-    # position.
-    many_balls = 12
-    largest_residual = 2.5  # [median residuals] Balls with a larger residual are excluded
-    ridge = 1e-3  # [per sample] Penalty on the coefficients
-    # [ratio] Below it the scale of the fitted slopes is not used to convert their offset to a
-    # shift.
-    least_scale = 0.1
-    ring_step = 0.05  # [ball radii] Step of the search for the contact radius
-    least_ring_px = 0.75  # [px] Lower bound of half the width of a ring
-    # [ratio] Beyond the contact the fitted slope is below this share of the slope of the ball.
-    least_slope_ratio = 0.88
-
-
 @dataclass(frozen=True, eq=False)
 class GridLight:
     """Light fitted to the balls of a grid; it locates other balls in the same frame.
@@ -86,13 +56,11 @@ class GridLight:
             reason = ""
             if not np.isfinite(residual):
                 reason = "it is outside the image"
-            elif residual > BALL_GRID.largest_residual * self.residual:
+            elif residual > 2.5 * self.residual:  # half of the balls are below 1
                 reason = "its colours are not those of the other balls"
             elif self.contact < PRESS_FIT.smallest_contact:
                 reason = "the contact is too small to calibrate on; press deeper"
-            radius_px = self.contact * ball_radius_px
-            used = not reason
-            found.append(Circle((float(x), float(y)), radius_px, used, reason, float(used)))
+            found.append(Circle((float(x), float(y)), self.contact * ball_radius_px, reason))
         return found
 
 
@@ -119,12 +87,15 @@ def refine_grid(
     light : GridLight
         Locates other balls in the same frame.
     """
-    many = len(centres_px) >= BALL_GRID.many_balls
+    # [count] With fewer balls, terms of the position would fit the errors of the given centres,
+    # and even terms their common shift. So the normals are then odd in the change, without the
+    # position.
+    many = len(centres_px) >= 12
     balls = _Balls.from_image(image, centres_px, ball_radius_px, many)
     contact = 1.0
     steps = []
     residuals = np.full(len(balls.centres), np.inf)
-    for planned in BALL_GRID.reaches:
+    for planned in (0.5, 0.85):  # [ball radii] first on what every contact covers
         reach = min(planned, max(contact, PRESS_FIT.smallest_contact))
         light = balls.fit_normals(reach, many)
         residuals = balls.move(light, reach)
@@ -147,7 +118,7 @@ class _Balls:
         cls, image: PressImage, centres_px: Float64, radius_px: float, with_place: bool
     ) -> Self:
         """Prepare the features of a frame: its relative change, and perhaps the position."""
-        blur_px = max(BALL_GRID.least_blur_px, BALL_GRID.blur_radii * radius_px)
+        blur_px = max(1.2, 0.1 * radius_px)
         smoothing = Sampling.at_every_pixel(image.pixels.shape, image.marker_mask, blur_px)
         features = relative_change(
             smoothing.smooth(image.pixels, image.marker_mask),
@@ -171,16 +142,16 @@ class _Balls:
         discs = [self._disc(centre, reach) for centre in self.centres]
         features = np.concatenate([f for f, _ in discs])
         offsets = np.concatenate([o for _, o in discs])
-        pick = np.random.default_rng(0).permutation(len(features))[: BALL_GRID.samples]
+        pick = np.random.default_rng(0).permutation(len(features))[:12_000]
         seen, normal_xy = features[pick], offsets[pick].astype(np.float32)
         if many:
-            return fit_polynomial(seen, normal_xy, order=2, ridge=BALL_GRID.ridge)
+            return fit_polynomial(seen, normal_xy, order=2, ridge=1e-3)
         # On the other side of its centre a ball changes the colour oppositely.
         return fit_polynomial(
             np.concatenate([seen, -seen]),
             np.concatenate([normal_xy, -normal_xy]),
             order=1,
-            ridge=BALL_GRID.ridge,
+            ridge=1e-3,
         )
 
     def move(self, light: PolynomialFit, reach: float) -> Float64:
@@ -194,16 +165,14 @@ class _Balls:
         residuals = np.full(len(self.centres), np.inf)
         for i, centre in enumerate(self.centres):
             features, offsets = self._disc(centre, reach)
-            if len(features) < BALL_GRID.fewest_pixels:
+            if len(features) < 30:  # too few pixels for a centre
                 continue
             normal_xy = light(features).astype(np.float64)
             spread = offsets - offsets.mean(0)
             scale = float((spread * normal_xy).sum() / (spread * spread).sum())
-            divisor = scale if abs(scale) > BALL_GRID.least_scale else 1.0
-            shift = offsets.mean(0) - normal_xy.mean(0) / divisor
+            shift = offsets.mean(0) - normal_xy.mean(0)
             residuals[i] = np.sqrt(((normal_xy - scale * (offsets - shift)) ** 2).sum(1).mean())
-            step = np.clip(shift, -BALL_GRID.farthest_step, BALL_GRID.farthest_step)
-            self.centres[i] = centre + self._radius * step
+            self.centres[i] = centre + self._radius * np.clip(shift, -0.25, 0.25)
         return residuals
 
     def contact(self, light: PolynomialFit, reach: float) -> float:
@@ -215,11 +184,11 @@ class _Balls:
         along = (normal_xy * offsets).sum(1) / np.maximum(place_, 1e-6)
         inside = place_ < reach
         slope = float((along[inside] @ place_[inside]) / (place_[inside] @ place_[inside]))
-        last = PRESS_FIT.smallest_contact - BALL_GRID.ring_step
-        width = max(BALL_GRID.ring_step / 2, BALL_GRID.least_ring_px / self._radius)
-        for ring in np.arange(PRESS_FIT.smallest_contact, 1.0, BALL_GRID.ring_step):
+        rings = np.arange(PRESS_FIT.smallest_contact, 1.0, 0.05)
+        width = max(0.025, 0.75 / self._radius)  # half a ring, but at least three quarters of a px
+        for ring in rings:
             near = np.abs(place_ - ring) < width
-            if near.any() and np.median(along[near]) < BALL_GRID.least_slope_ratio * slope * ring:
-                break
-            last = float(ring)
-        return last + BALL_GRID.ring_step / 2
+            # beyond the contact the slope is below this share of that of the ball
+            if near.any() and np.median(along[near]) < 0.88 * slope * ring:
+                return float(ring) - 0.025
+        return float(rings[-1]) + 0.025

@@ -20,21 +20,13 @@ class LIGHT:
     Nothing sets them from outside: the number of presses decides the orders.
     """
 
-    # [per sample] Penalty on the coefficients. Mean squares of cubic terms are about 1e-4: a
-    # penalty of that size shrinks them, and all centres move together. Source: virtual units
-    # (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
-    ridge = 1e-5
     # [count] Reweightings; fewer where the light of nearly the same centres is known.
     rounds = 3
     rounds_again = 1
-    cauchy_residuals: float = 3  # [median residuals] Scale of the Cauchy weights
     # [count] Below the first the model is quadratic in the normal and uniform over the image;
     # from the second on it is quadratic in the position.
     few_presses = 4
     many_presses = 12
-    # [ratio] Deviation of a press from the light, relative to its coefficients, until it is
-    # known.
-    first_spread = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +184,10 @@ def fit(
     slopes, places = terms(normal.T, orders[0]).T[1:], terms(place.T, orders[1]).T
     products = (slopes[:, None] * places).reshape(-1, place.shape[1])
     count, pixels = products.shape
-    penalty = LIGHT.ridge * pixels * np.eye(count)
+    # [per sample] Penalty on the coefficients. Mean squares of cubic terms are about 1e-4: a
+    # penalty of that size shrinks them, and all centres move together. Source: virtual units
+    # (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
+    penalty = 1e-5 * pixels * np.eye(count)
     coefficients = np.zeros((count, len(change)))
     weight, residual, rounds = np.ones(pixels, np.float32), 1.0, LIGHT.rounds
     predicted = np.zeros_like(change)
@@ -213,14 +208,16 @@ def fit(
     # Half of the coefficients themselves, until the deviations of the presses are known.
     by_slope = coefficients.reshape(len(slopes), len(places), -1)
     here = np.einsum("pn,spk->nsk", places[:, ::400], by_slope)
-    spread = LIGHT.first_spread * np.sqrt((here**2).mean(0))
+    # [ratio] Deviation of a press from the light, relative to its coefficients, until it is known.
+    spread = 0.5 * np.sqrt((here**2).mean(0))
     return LightModel(coefficients, *orders, darkens, residual, spread)
 
 
 def _cauchy(length: Float32) -> tuple[float, Float32]:
     """Median of the lengths of residuals, and the Cauchy weights (N,)."""
     residual = quantile(length, 0.5)
-    ratio = length / np.float32(LIGHT.cauchy_residuals * residual + 1e-9)
+    # [median residuals] Scale of the Cauchy weights
+    ratio = length / np.float32(3 * residual + 1e-9)
     return residual, np.asarray(1 / (1 + ratio * ratio), np.float32)
 
 

@@ -22,31 +22,9 @@ class PRESS_CHANGE:
     Nothing sets them from outside: the working scale makes them independent of the sensor.
     """
 
-    # [px] Larger balls are shrunk to this radius. It bounds the time; the centres stay as
-    # accurate.
-    ball_radius_px = 25.0
     blur_px = 0.7  # [working px] Standard deviation of the smoothing
-    # [ball radii] Standard deviation of the smoothing before the gradient of the darkening is
-    # taken. Source: by hand, on virtual units (``experiments/circle_finding.py``).
-    gradient_blur_radii = 0.08
     # [ratio] Lower bound of the sum of weights under the smoothing, against division by zero.
     least_blur_weight = 1e-6
-    # [share of a working pixel] With more of its area on markers, a pixel is left out.
-    marker_share = 0.1
-    # [share of the full scale] Some cameras wrap to dark values inside a saturated spot; a hole
-    # below this is such a value.
-    folded_share = 0.94
-    fewest_saturated = 20  # [px²] Up to this many saturated pixels are not searched for holes
-    # [grey levels of 8 bits] Lower bound of the noise of a pixel: the standard deviation of
-    # rounding both images, doubled for what compression and a drifting light add. Source:
-    # mathematics, 2 · √(2 / 12), rounded up.
-    least_noise = 1.0
-    # [count] Rows of pixels from which the noise is estimated. Source: by hand, some thousand
-    # pixels give a median within some per cent.
-    noise_rows = 40
-    # [share of the reference] Added to both intensities before the logarithm, which would dwell
-    # on shadows otherwise. Source: by hand, on virtual units (``experiments/circle_finding.py``).
-    offset_share = 1.0
     # [logarithm of the intensity] Error of the light model; a pixel whose noise is larger counts
     # less. Source: by hand, on virtual units (``experiments/circle_finding.py``).
     model_error = 0.025
@@ -176,7 +154,9 @@ class PressChange:
         Where the image darkens with depth, it is to depth what the change of the colour is to
         light from the sides: proportional to the slope.
         """
-        blur_px = PRESS_CHANGE.gradient_blur_radii * ball_radius
+        # [ball radii] Standard deviation of the smoothing before the gradient of the darkening is
+        # taken. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+        blur_px = 0.08 * ball_radius
         weight = self.precision * self.weight[..., None]
         mean = (self.values * weight).sum(2) / np.maximum(
             weight.sum(2), PRESS_CHANGE.least_blur_weight
@@ -234,7 +214,8 @@ def _planes(image: Array) -> Array:
 
 def working_scale(ball_radius_px: float) -> float:
     """Working pixels per pixel for a ball of this radius."""
-    return min(1.0, PRESS_CHANGE.ball_radius_px / ball_radius_px)
+    # [px] Larger balls are shrunk to this radius. It bounds the time; the centres stay as accurate.
+    return min(1.0, 25.0 / ball_radius_px)
 
 
 def change_of(press: PressImage, scale: float) -> PressChange:
@@ -247,14 +228,20 @@ def change_of(press: PressImage, scale: float) -> PressChange:
         rows, columns, _ = frame.shape
         size = columns, rows
         share = cv2.resize(press.marker_mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        weight[share > PRESS_CHANGE.marker_share] = 0
+        # [share of a working pixel] With more of its area on markers, a pixel is left out.
+        weight[share > 0.1] = 0
     saturated = frame >= LEVELS.saturation_share * LEVELS.full_scale_8_bit
     for k in range(frame.shape[2]):
         weight[_find_dark_holes(saturated[..., k], frame[..., k])] = 0
-    noise = np.maximum(_pixel_noise(frame - reference), np.float32(PRESS_CHANGE.least_noise))
+    # [grey levels of 8 bits] Lower bound of the noise of a pixel: the standard deviation of
+    # rounding both images, doubled for what compression and a drifting light add. Source:
+    # mathematics, 2 · √(2 / 12), rounded up.
+    noise = np.maximum(_pixel_noise(frame - reference), np.float32(1.0))
     undeformed = np.maximum(reference, 0)
     # The noise keeps the divisor finite in the dark, the share the logarithm in shadows.
-    offset = noise + np.float32(PRESS_CHANGE.offset_share) * undeformed
+    # [share of the reference] Added to both intensities before the logarithm, which would dwell on
+    # shadows otherwise. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+    offset = noise + np.float32(1.0) * undeformed
     ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
     relative = noise / (undeformed + offset)
     precision = np.asarray(1 / (1 + (relative / PRESS_CHANGE.model_error) ** 2), np.float32)
@@ -274,7 +261,9 @@ def _pixel_noise(difference: Float32) -> Float32:
 
     Anything smooth cancels in d(x − 1) − 2 d(x) + d(x + 1), whose variance is six times the noise.
     """
-    step = max(1, len(difference) // PRESS_CHANGE.noise_rows)
+    # [count] Rows of pixels from which the noise is estimated. Source: by hand, some thousand
+    # pixels give a median within some per cent.
+    step = max(1, len(difference) // 40)
     second = np.diff(difference[::step], 2, axis=1).reshape(-1, difference.shape[2])
     if not len(second):
         return np.zeros(difference.shape[2], np.float32)
@@ -297,11 +286,14 @@ def _shrink_pixels(pixels: NDArray[Any], scale: float, full_scale: float) -> Flo
 
 def _find_dark_holes(saturated: Bool, plane: Float32) -> Bool:
     """Mask of dark holes inside saturated spots."""
-    if np.count_nonzero(saturated) <= PRESS_CHANGE.fewest_saturated:
+    # [px²] Up to this many saturated pixels are not searched for holes
+    if np.count_nonzero(saturated) <= 20:
         return np.zeros_like(saturated)
     kernel = np.ones((5, 5), np.uint8)
     closed = cv2.morphologyEx(saturated.astype(np.uint8), cv2.MORPH_CLOSE, kernel, iterations=2)
-    dark = plane < PRESS_CHANGE.folded_share * LEVELS.full_scale_8_bit
+    # [share of the full scale] Some cameras wrap to dark values inside a saturated spot; a hole
+    # below this is such a value.
+    dark = plane < 0.94 * LEVELS.full_scale_8_bit
     hole = ((closed > 0) & dark).astype(np.uint8)
     return np.asarray(cv2.dilate(hole, np.ones((3, 3), np.uint8)) > 0) & (closed > 0)
 

@@ -22,12 +22,6 @@ class PRESS_FIT:
 
     # [ball radii] Smaller contacts are excluded. The light is always fitted at least this far.
     smallest_contact = 0.3
-    # [ball radii] Contact radius until the light is known.
-    first_contact = 0.65
-    # [ball radii] Distance from the contact within which the press is fitted. The slope changes
-    # most there; farther out there are cast shadows. Source: virtual units
-    # (``experiments/circle_finding.py``).
-    margin = 0.2
     # [ratio] Slope at the border of the contact, over that of the ball. Without smoothing it would
     # be 1. Source: the profile around a ball on a half-space, smoothed as the image is, has 0.83
     # for contacts of 0.6 ball radii; 0.8 to 0.84 on layers.
@@ -39,9 +33,6 @@ class PRESS_FIT:
     # tail times as much as a normal distribution. Source: by hand, on virtual units
     # (``experiments/circle_finding.py``).
     tail = 0.3
-    # [count] Sectors of the disc whose residuals are independent of each other: an attached shadow
-    # is about as wide.
-    sectors = 12
     # [ratio] Standard deviations over those by the disagreement of the sectors. Source: virtual
     # units (``experiments/circle_finding.py``), for a coverage of 68 %.
     centre_factor = 2.5
@@ -82,7 +73,7 @@ class PressFit:
     ball: float
     start: Float64
     centre: Float64 = field(init=False)
-    contact: float = PRESS_FIT.first_contact
+    contact: float = 0.65  # [ball radii] Contact radius until the light is known.
     decay: float = 0.25
     square: Float64 = field(init=False)
     covariance: Float64 = field(init=False)
@@ -120,7 +111,10 @@ class PressFit:
         self.covariance = np.full((4, 4), np.inf)
         self.residual = np.inf
         step = np.zeros(4)
-        reach = (self.contact + PRESS_FIT.margin) * self.ball
+        # [ball radii] Distance from the contact within which the press is fitted. The slope changes
+        # most there; farther out there are cast shadows. Source: virtual units
+        # (``experiments/circle_finding.py``).
+        reach = (self.contact + 0.2) * self.ball
         samples = samples_on(self.change, self.centre, reach, self.ball, 800)
         if samples.change.shape[1] < 30:
             return step
@@ -152,7 +146,9 @@ class PressFit:
         # observation.
         by_unknown = weighted[:, :4] - gain.astype(np.float32) @ weighted[:, 4:]
         pulls = (by_unknown * error[:, None]).sum(0)
-        sector = ((angle / (2 * np.pi) + 0.5) * PRESS_FIT.sectors).astype(np.intp)
+        # [count] Sectors of the disc whose residuals are independent of each other: an attached
+        # shadow is about as wide.
+        sector = ((angle / (2 * np.pi) + 0.5) * 12).astype(np.intp)
         sums = np.linalg.solve(reduced, [np.bincount(sector, each) for each in pulls])
         self.covariance = sums @ sums.T
         shapes = np.broadcast_to(step[:, None], (len(deviation), 4, 1))

@@ -21,32 +21,15 @@ class START:
     """
 
     least_oddness = 0.25  # [−1 to 1] Below it the change is not that of a ball
-    # [−1 to 1] Below it presses are even, as where the image darkens with depth. Source: virtual
-    # units (``experiments/circle_finding.py``): −0.99 to −1 where they darken, −0.75 and more
-    # with light from the sides.
-    darkening_oddness = -0.9
-    weakest_contact = 4.0  # [noise sigmas] Below it there is no contact
-    # [ratio] Change far from the press over that at the press; above it there is a second
-    # contact.
-    strongest_elsewhere = 0.5
-    inner_radii = 0.6  # [ball radii] Radius within which the strength of the contact is measured
-    # [ball radii] Beyond this distance from the centre the gel surface counts as undeformed.
-    undeformed_radii = 2.0
-    # [share] With a smaller share of the image there, a change of the light is not estimated.
-    fewest_undeformed = 0.1
     # [change] With a larger change of the undeformed surface, the light is not that of the
     # reference. Source: half of the largest log gain that is compensated
     # (``algorithms/drift.py``).
     largest_drift = 0.05
-    noise_ratio = 3.0  # [ratio] The same relative to the noise of the camera
-    far_radii = 2.5  # [ball radii] Change beyond this distance is far from the press
     # [ball radii] Standard deviation over which the change is averaged to compare near and far.
     blur_radii = 0.35
     # [count] About the number of pixels of which a median is taken. Source: by hand, a median is
     # then within some per cent of the noise.
     most_pixels = 5000
-    # [ratio] Lower bound of the sum of weights of that average, against division by zero.
-    least_blur_weight = 1e-3
 
 
 # Reason to exclude a press under another light.
@@ -123,7 +106,10 @@ def darkens(starts: Sequence[Start]) -> bool:
     """Whether presses darken with depth: they are even about the centre of their gradient."""
     seen = [start for start in starts if not start.darkening.why] or starts
     odd = [oddness_at(s.shading.change, s.darkening.centre, s.ball) for s in seen]
-    return bool(odd) and float(np.median(odd)) < START.darkening_oddness
+    # [−1 to 1] Below it presses are even, as where the image darkens with depth. Source: virtual
+    # units (``experiments/circle_finding.py``): −0.99 to −1 where they darken, −0.75 and more with
+    # light from the sides.
+    return bool(odd) and float(np.median(odd)) < -0.9
 
 
 def _sighting(
@@ -136,15 +122,18 @@ def _sighting(
     """Remove the change of the light, and judge whether this is a press."""
     h, w = change.shape
     distance = np.hypot(np.arange(w) - centre[0], np.arange(h)[:, None] - centre[1])
-    far = (distance > START.undeformed_radii * ball) & (change.weight > 0)
-    if np.count_nonzero(far) < START.fewest_undeformed * far.size:
+    # [ball radii] Beyond this distance from the centre the gel surface counts as undeformed.
+    far = (distance > 2.0 * ball) & (change.weight > 0)
+    # [share] With a smaller share of the image there, a change of the light is not estimated.
+    if np.count_nonzero(far) < 0.1 * far.size:
         far[...] = False
     drift = _median(change, far)
     change = change.subtract_drift(drift)
     why = _unlike_a_press(change, centre, far, drift, ball)
     if not why and oddness < START.least_oddness:
         why = "not a ball: the change is not symmetric about any centre"
-    if not why and _elsewhere(change, centre, ball) > START.strongest_elsewhere:
+    # [ratio] Change far from the press over that at the press; above it there is a second contact.
+    if not why and _elsewhere(change, centre, ball) > 0.5:
         why = "not one ball: something else touches, or the gel or the light has changed"
     return Sighting(gradient or change, centre, oddness, why)
 
@@ -182,7 +171,8 @@ def _unlike_a_press(
     change: PressChange, centre: Float64, far: Bool, drift: Float64, ball: float
 ) -> str:
     """Reason to exclude the press because of the strength of its change; "" if there is none."""
-    x, y = change.disc(centre, START.inner_radii * ball)
+    # [ball radii] Radius within which the strength of the contact is measured
+    x, y = change.disc(centre, 0.6 * ball)
     if len(x) == 0:
         return "no contact: markers hide the gel surface where the image changed"
     length = np.sqrt(change.energy)
@@ -190,11 +180,13 @@ def _unlike_a_press(
     expected = np.sqrt(change.noise_variance[::step, ::step].sum(2))
     noise = sigma_of(_thin_values(length[far])) if far.any() else float(np.median(expected))
     moved = float(np.abs(drift).max())
-    differs = moved > max(START.largest_drift, START.noise_ratio * float(np.median(expected)))
+    # beside noise: three times that of the camera
+    differs = moved > max(START.largest_drift, 3.0 * float(np.median(expected)))
     if differs:
         return DIFFERS
     strength = float(np.sqrt((length[y, x] ** 2).mean()))
-    if strength <= START.weakest_contact * noise:  # both are 0 in the reference itself
+    # [noise sigmas] Below it there is no contact
+    if strength <= 4.0 * noise:  # both are 0 in the reference itself
         return "no contact: the change is barely above the noise"
     return ""
 
@@ -202,10 +194,12 @@ def _unlike_a_press(
 def _elsewhere(change: PressChange, start: Float64, ball: float) -> float:
     """Strongest change far from the press, over the strongest within one ball radius."""
     sigma = START.blur_radii * ball
-    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), START.least_blur_weight)
+    # bounded from below against division by zero
+    total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 1e-3)
     local = cv2.GaussianBlur(change.energy, (0, 0), sigma) / total
     h, w = local.shape
     distance = np.hypot(np.arange(w) - start[0], np.arange(h)[:, None] - start[1])
-    far = local[distance > START.far_radii * ball]
+    # [ball radii] Change beyond this distance is far from the press
+    far = local[distance > 2.5 * ball]
     near = local[distance < ball]
     return float(np.sqrt(far.max() / near.max())) if far.size and near.size else 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,8 +16,6 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float64
-from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.guided.coverage import Scorer
 from tactile_core.calibration.guided.examination import Examiner, TouchBench, Verdict
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.quantities import Frame, Reference
@@ -48,17 +46,15 @@ class AtOnce:
     """Does all work in the call itself: for tests and simulated time."""
 
     def __init__(self, bench: TouchBench) -> None:
-        self._examiner, self._scorer = Examiner(bench), Scorer(bench)
+        self._examiner = Examiner(bench)
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
         """Judge a still frame, together with those kept before."""
         return _done(self._examiner.examine, name, frame)
 
-    def score(
-        self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
-    ) -> Future[float | None]:
-        """Score the last of these presses with a calibration on all before it."""
-        return _done(self._scorer.score, kept, before)
+    def score(self, name: str) -> Future[float | None]:
+        """Score a press that was kept with a calibration on all before it."""
+        return _done(self._examiner.score, name)
 
     def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run the final fit, and wait for it."""
@@ -68,51 +64,37 @@ class AtOnce:
         """Do nothing: all work is done."""
 
 
-class InProcesses:
-    """Examines in one process and scores in another, and otherwise does as :class:`AtOnce`.
+class InProcess:
+    """Does as :class:`AtOnce`, but in another process, which a thread asks.
 
-    A thread would delay live frames, because Python runs one thread at a time.
+    The thread alone would delay live frames, because Python runs one thread at a time.
     """
 
     def __init__(self, bench: TouchBench) -> None:
-        pickled = pickle.dumps(bench)
-        self._examiner, self._scorer = _Beside(pickled), _Beside(pickled)
+        self._worker = WorkerProcess(_working, pickle.dumps(bench))
+        self._thread = ThreadPoolExecutor(1)
+        self._thread.submit(self._worker.receive)  # it is ready
 
     def examine(self, name: str, frame: Frame) -> Future[Verdict]:
         """Judge a still frame, together with those kept before."""
-        return self._examiner.submit_call("examine", name, frame)
+        return self._submit_call("examine", name, frame)
 
-    def score(
-        self, kept: Mapping[str, Frame], before: Mapping[str, Circle]
-    ) -> Future[float | None]:
-        """Score the last of these presses with a calibration on all before it."""
-        return self._scorer.submit_call("score", dict(kept), dict(before))
+    def score(self, name: str) -> Future[float | None]:
+        """Score a press that was kept with a calibration on all before it."""
+        return self._submit_call("score", name)
 
     def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Run the final fit in the process of the examination, and wait for it."""
-        fitted: T = self._examiner.submit_call("run", work, *args, **kwargs).result()
+        """Run the final fit, and wait for it."""
+        fitted: T = self._submit_call("run", work, *args, **kwargs).result()
         return fitted
 
     def close(self) -> None:
         """Give up what is unfinished."""
-        self._examiner.close()
-        self._scorer.close()
-
-
-class _Beside:
-    """An :class:`AtOnce` in another process, and a thread that asks it."""
-
-    def __init__(self, pickled: bytes) -> None:
-        self._worker = WorkerProcess(_working, pickled)
-        self._thread = ThreadPoolExecutor(1)
-        self._thread.submit(self._worker.receive)  # it is ready
-
-    def submit_call(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
-        return self._thread.submit(self._answer, methodcaller(name, *args, **kwargs))
-
-    def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
         self._worker.end()
+
+    def _submit_call(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
+        return self._thread.submit(self._answer, methodcaller(name, *args, **kwargs))
 
     def _answer(self, call: Callable[[AtOnce], Any]) -> Any:
         answer = self._worker.ask(call)
@@ -142,23 +124,6 @@ def _done(work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
     except Exception as error:  # as a process would hand it on
         future.set_exception(error)
     return future
-
-
-class CHANGE:
-    """Parameters of the change of live frames. Nothing sets them: they are ratios."""
-
-    # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
-    cells_per_ball = 5.0
-    # [count] Cells along the longer side, at most, so that a small ball costs no more time.
-    most_cells = 96
-    # [ball radii] Radius over which the change is averaged before it is called a contact. Source:
-    # that of the circle search (``START.blur_radii``).
-    blur_balls = 0.35
-    # [share of the full scale] Added to both intensities before the logarithm, which would dwell
-    # on noise in the dark. Source: that of the drift estimate (``DRIFT.dark_share``).
-    dark_share = 0.02
-    # [share of the strongest change] Cells with a larger change belong to the imprint.
-    imprint_share = 0.35
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +169,17 @@ class UndeformedCells:
 
     def __init__(self, reference: Reference, ball_radius_px: float) -> None:
         rows, columns = reference.pixels.shape[:2]
-        side = max(ball_radius_px / CHANGE.cells_per_ball, max(rows, columns) / CHANGE.most_cells)
+        # [cells per ball radius] Size of the cells: a contact is at least a few cells wide.
+        # [count] Cells along the longer side, at most, so that a small ball costs no more time.
+        side = max(ball_radius_px / 5.0, max(rows, columns) / 96)
         self._size = max(1, round(columns / side)), max(1, round(rows / side))
         self._scale = columns / self._size[0], rows / self._size[1]
-        self._blur = max(0.5, CHANGE.blur_balls * ball_radius_px / self._scale[0])
-        self._offset = CHANGE.dark_share * reference.full_scale
+        # [ball radii] Radius over which the change is averaged before it is called a contact.
+        # Source: that of the circle search (``START.blur_radii``).
+        self._blur = max(0.5, 0.35 * ball_radius_px / self._scale[0])
+        # [share of the full scale] Added to both intensities before the logarithm, which would
+        # dwell on noise in the dark. Source: that of the drift estimate (``coarse_cells.DARKEST``).
+        self._offset = 0.02 * reference.full_scale
         self._undeformed = np.log(self._cells(reference.pixels))
 
     def change(self, frame: Frame) -> TouchChange:
@@ -218,7 +189,8 @@ class UndeformedCells:
         ratio -= light
         energy = np.asarray(cv2.GaussianBlur((ratio**2).sum(2), (0, 0), self._blur))
         top = float(energy.max())
-        imprint = energy > CHANGE.imprint_share**2 * top
+        # [share of the strongest change] Cells with a larger change belong to the imprint.
+        imprint = energy > 0.35**2 * top
         weight = np.where(imprint, energy, 0)
         total = max(float(weight.sum()), 1e-30)
         y, x = np.mgrid[: energy.shape[0], : energy.shape[1]]

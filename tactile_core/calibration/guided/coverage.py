@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle
-from tactile_core.calibration.guided.examination import TouchBench
-from tactile_core.calibration.press_search import light_of, relocate_press
-from tactile_core.calibration.presses import FoundPress, angles_deg
-from tactile_core.calibration.result import measured_frames
-from tactile_core.errors import CalibrationError
-from tactile_core.plugins.options import fitted_by
-from tactile_core.quantities import Frame
 
 
 class COVERAGE:
@@ -25,27 +17,12 @@ class COVERAGE:
     # [count] Presses that cover the view if each is at the best place. Source: the guide: thirty
     # presses are good; some are lost, and 24 are what five minutes allow.
     presses = 24
-    # [count] Cells along the longer side of the view. Source: by hand, : half of the distance
-    # between 24 places is then two cells.
-    cells = 32
-    # [share] A view that is covered to this share is complete. Source: by hand, : some corners
+    # [share] A view that is covered to this share is complete. Source: by hand: some corners
     # are out of reach of a whole circle.
     complete = 0.85
     # [ball radii] Radii of the contacts that are asked for. Source: what ``tactile calibrate``
     # uses, and the depths of ADR 53.
     contacts: tuple[float, ...] = (0.5, 0.6, 0.7)
-    # [degrees] Borders of the rings of steepness. Source: by hand, a contact of 0.7 ball radii
-    # has slopes up to 44°.
-    rings_deg: tuple[float, ...] = (0.0, 10.0, 20.0, 30.0, 40.0)
-    # [count] Presses that have to show slopes of a ring, in each of the regions.
-    presses_per_ring = 2
-    # [count] Regions along each side of the view, in which slopes are counted. Source: by hand, :
-    # light varies over the view about quadratically.
-    regions = 3
-    margin_px = 3.0  # [px] Distance kept between a contact and the border
-    # [share] A press at a place of an earlier one, closer than this share of the reach, is
-    # nothing new.
-    new_share = 0.2
 
 
 class Target(NamedTuple):
@@ -75,7 +52,9 @@ class Coverage:
         width, height = size_px
         self._size = np.array(size_px, float)
         self._ball_px = ball_radius_px
-        side = max(size_px) / COVERAGE.cells
+        # [count] Cells along the longer side of the view. Source: by hand: half of the distance
+        # between 24 places is then two cells.
+        side = max(size_px) / 32
         columns, rows = max(1, round(width / side)), max(1, round(height / side))
         x = (np.arange(columns) + 0.5) * width / columns - 0.5
         y = (np.arange(rows) + 0.5) * height / rows - 0.5
@@ -96,7 +75,11 @@ class Coverage:
 
         Regions go from left to right, and from top to bottom.
         """
-        regions, rings = COVERAGE.regions, COVERAGE.rings_deg
+        # [degrees] Borders of the rings of steepness. Source: by hand, a contact of 0.7 ball radii
+        # has slopes up to 44°.
+        # [count] Regions along each side of the view, in which slopes are counted. Source: by hand,
+        # : light varies over the view about quadratically.
+        regions, rings = 3, (0.0, 10.0, 20.0, 30.0, 40.0)
         counts = np.zeros((len(rings) - 1, regions * regions))
         for circle in kept:
             column, row = np.clip(
@@ -105,7 +88,8 @@ class Coverage:
             share = min(circle.contact_radius_px / self._ball_px, 1.0)
             steepest_deg = np.degrees(np.arcsin(share))
             counts[np.array(rings[:-1]) < steepest_deg - 1, row * regions + column] += 1
-        return np.minimum(counts / COVERAGE.presses_per_ring, 1)
+        # [count] Presses that have to show slopes of a ring, in each of the regions.
+        return np.minimum(counts / 2, 1)
 
     def is_complete(self, kept: Sequence[Circle]) -> bool:
         """Whether surface and slopes are covered as far as whole circles reach."""
@@ -115,7 +99,9 @@ class Coverage:
     def is_new(self, place_px: Float64, kept: Sequence[Circle]) -> bool:
         """Whether a place is not that of an earlier press."""
         x, y = place_px
-        near = COVERAGE.new_share * self._reach_px
+        # [share] A press at a place of an earlier one, closer than this share of the reach, is
+        # nothing new.
+        near = 0.2 * self._reach_px
         return all(np.hypot(x - k.centre_px[0], y - k.centre_px[1]) > near for k in kept)
 
     def target(self, kept: Sequence[Circle], missed: Sequence[Target] = ()) -> Target:
@@ -129,7 +115,7 @@ class Coverage:
         """
         share = self._contact(kept)
         contact_px = share * self._ball_px
-        margin = contact_px + COVERAGE.margin_px
+        margin = contact_px + 3.0  # [px] Distance kept between a contact and the border
         low = np.minimum(margin, (self._size - 1) / 2)
         high = self._size - 1 - low
         # places of whole circles; the cells nearest to the border are pulled inside
@@ -168,70 +154,9 @@ class Coverage:
 class PREQUENTIAL:
     """Parameters of the running score. Nothing sets them."""
 
-    # [count] With fewer presses nothing is scored: the circles are found with a light that is
-    # uniform. Source: the circle search (``LIGHT.few_presses``).
-    fewest_presses = 4
-    # [count] Latest presses whose mean error is the score. Source: by hand, : errors of single
+    # [count] Latest presses whose mean error is the score. Source: by hand: errors of single
     # presses differ by half.
     window = 6
-    # [ratio] More presses help while the score falls by more than this share from one window to
-    # the next. Source: by hand, : a third of the accuracy that guided calibration promises.
-    helps = 0.05
-
-
-class Scorer:
-    """Measures each press with a calibration on those before it.
-
-    Parameters
-    ----------
-    bench : TouchBench
-    """
-
-    def __init__(self, bench: TouchBench) -> None:
-        self._bench = bench
-        self._presses: dict[str, FoundPress] = {}
-
-    def score(self, kept: Mapping[str, Frame], before: Mapping[str, Circle]) -> float | None:
-        """Return the mean error of the normals of the last press, degrees.
-
-        As in a fold of ``tactile calibrate``, nothing depends on that press but its own circle,
-        which is located by the light of the others.
-
-        Parameters
-        ----------
-        kept : mapping of str to Frame
-            Presses by name that are new since the last call, in order.
-        before : mapping of str to Circle
-            The presses before the last one, with the circles that were found without it.
-
-        Returns
-        -------
-        float or None
-            None with too few presses before it, or if they cannot be used.
-
-        References
-        ----------
-        .. [1] A. P. Dawid, "Present Position and Potential Developments: Some Personal Views:
-           Statistical Theory: The Prequential Approach", Journal of the Royal Statistical Society
-           A 147(2), 1984.
-        """
-        for name, frame in kept.items():
-            self._presses[name] = self._bench.prepare_press(name, frame)
-        if len(before) < PREQUENTIAL.fewest_presses:
-            return None
-        press = self._presses[list(kept)[-1]]
-        training = [replace(self._presses[name], circle=found) for name, found in before.items()]
-        undeformed = self._bench.condition.undeformed
-        try:
-            located = relocate_press(press, light_of(training))
-            samples = [one.training() for one in training]
-            model = fitted_by(self._bench.calibrator, samples, undeformed)
-        except CalibrationError:
-            return None
-        ((_, measured),) = measured_frames(model, [located], undeformed)
-        rows, columns, true = located.true_gradients(located.scored_area())
-        found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
-        return float(angles_deg(found, true).mean())
 
 
 def score_of(errors_deg: Sequence[float]) -> float | None:
@@ -246,4 +171,6 @@ def still_helps(errors_deg: Sequence[float]) -> bool:
     if len(errors_deg) < 2 * window:
         return True
     now, before = np.mean(errors_deg[-window:]), np.mean(errors_deg[-2 * window : -window])
-    return bool(now < (1 - PREQUENTIAL.helps) * before)
+    # [ratio] More presses help while the score falls by more than this share from one window to the
+    # next. Source: by hand: a third of the accuracy that guided calibration promises.
+    return bool(now < (1 - 0.05) * before)

@@ -15,11 +15,17 @@ from tactile_core.algorithms.circles import Circle, Start, find_circles, working
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of
-from tactile_core.calibration.press_search import check_ball, press_image
-from tactile_core.calibration.presses import FoundPress
-from tactile_core.errors import InputError, SequenceError
+from tactile_core.calibration.press_search import (
+    check_ball,
+    light_of,
+    press_image,
+    relocate_press,
+)
+from tactile_core.calibration.presses import FoundPress, angles_deg
+from tactile_core.calibration.result import measured_frames
+from tactile_core.errors import CalibrationError, InputError, SequenceError
 from tactile_core.interfaces.calibrator import Calibrator
-from tactile_core.plugins.options import calibrator_of
+from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
@@ -38,12 +44,6 @@ class BESIDE:
     # [count] From this number of presses on, most of them are single balls. Source: definition:
     # the fewest with a median that two bad presses cannot move far.
     fewest_presses = 5
-    # [ratio] Largest brightening beside the ball before there are so many. Source: by hand, :
-    # about half that of an equal ball.
-    largest = 0.9
-    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
-    # (``START.blur_radii``).
-    blur_balls = 0.35
 
 
 def brightening(press: FoundPress) -> Float64:
@@ -61,7 +61,9 @@ def brightening(press: FoundPress) -> Float64:
     assert press.start is not None
     change, ball = press.start.shading.change, press.start.ball
     brighter = (np.maximum(change.weighted, 0) ** 2).sum(2)
-    sigma = BESIDE.blur_balls * ball
+    # [ball radii] Radius over which the change is averaged. Source: that of the circle search
+    # (``START.blur_radii``).
+    sigma = 0.35 * ball
     total = np.maximum(cv2.GaussianBlur(change.weight, (0, 0), sigma), 0.1)
     local = cv2.GaussianBlur(brighter, (0, 0), sigma) / total
     x, y = change.to_working(np.asarray(press.centre_px))
@@ -86,12 +88,14 @@ def with_something_beside(presses: Mapping[str, Float64]) -> set[str]:
         Brightening of each press by its name; of single balls for the most part.
     """
     if len(presses) < BESIDE.fewest_presses:
-        return {name for name, found in presses.items() if found.min() > BESIDE.largest}
+        # [ratio] Largest brightening beside the ball. Source: by hand: about half that of an equal
+        # ball.
+        return {name for name, found in presses.items() if found.min() > 0.9}
     largest = BESIDE.typical * np.median(list(presses.values()), axis=0)
     return {name for name, found in presses.items() if (found > largest).any()}
 
 
-NOWHERE = Circle((0.0, 0.0), 0.0, used=False)  # Circle of a press that has not been searched
+NOWHERE = Circle((0.0, 0.0), 0.0, "it has not been searched")
 
 
 class BENCH:
@@ -191,27 +195,6 @@ def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
         )
 
 
-class TOUCH_EXAMINATION:
-    """Limits of a press that is kept. Nothing sets them: they are ratios of lengths."""
-
-    # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
-    # circle search needs (``FIT``).
-    smallest_contact = 0.35
-    # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its plate.
-    # Source: geometry: the depth of a fifth of the diameter, which the guide asks for, gives 0.63
-    # on a half-space and 0.8 if all of the cap touches, as on a thin layer.
-    largest_contact = 0.78
-    # [share of the gel's thickness] A ball with this contact would be too deep for the gel.
-    deepest = 0.75
-    # [share] Less of the contact inside the image is too little. Source: geometry: the circle is
-    # whole but for a pixel's error.
-    visible = 0.97
-    # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
-    # rigs (``benchmarks/guided_calibration.py``).
-    irregular = 0.25
-    saturated = 0.2  # [share] Largest share of the contact that is saturated
-
-
 _BESIDE = "something else touches next to the ball; press the ball alone"
 
 
@@ -254,6 +237,7 @@ class Examiner:
     def __init__(self, bench: TouchBench) -> None:
         self._bench = bench
         self.kept: list[FoundPress] = []
+        self._before: dict[str, list[FoundPress]] = {}
         self._brightening: dict[str, Float64] = {}
 
     def examine(self, name: str, frame: Frame) -> Verdict:
@@ -277,8 +261,43 @@ class Examiner:
         found = [replace(one, circle=c) for one, c in zip(self.kept, others, strict=True)]
         withdrawn = {one.file: one.why for one in found if not one.used}
         withdrawn |= {one.file: _BESIDE for one in found if one.file in crowded}
+        self._before[name] = self.kept
         self.kept = [*(one for one in found if one.file not in withdrawn), press]
         return self._verdict(name, circle, "", withdrawn)
+
+    def score(self, name: str) -> float | None:
+        """Measure a press that was kept, with a calibration on those that were kept before it.
+
+        As in a fold of ``tactile calibrate``, nothing depends on that press but its own circle,
+        which is located by the light of the others.
+
+        Returns
+        -------
+        float or None
+            Mean error of the normals, degrees [1]_. None with fewer than four presses before it,
+            whose circles are found with a uniform light, or if they or it cannot be used.
+
+        References
+        ----------
+        .. [1] A. P. Dawid, "Present Position and Potential Developments: Some Personal Views:
+           Statistical Theory: The Prequential Approach", Journal of the Royal Statistical Society
+           A 147(2), 1984.
+        """
+        training = self._before.pop(name)
+        press = next((one for one in self.kept if one.file == name), None)
+        if press is None or len(training) < 4:
+            return None
+        undeformed = self._bench.condition.undeformed
+        try:
+            located = relocate_press(press, light_of(training))
+            samples = [one.training() for one in training]
+            model = fitted_by(self._bench.calibrator, samples, undeformed)
+        except CalibrationError:
+            return None
+        ((_, measured),) = measured_frames(model, [located], undeformed)
+        rows, columns, true = located.true_gradients(located.scored_area())
+        found = np.stack([measured.gx[rows, columns], measured.gy[rows, columns]], 1)
+        return float(angles_deg(found, true).mean())
 
     def _verdict(
         self, name: str, circle: Circle, why: str, withdrawn: dict[str, str] | None = None
@@ -290,17 +309,28 @@ class Examiner:
         """Return why a press whose circle was found is not kept; empty if it is."""
         share = press.radius_px / self._bench.touching_px
         depth_mm = (1 - np.sqrt(max(0.0, 1 - share**2))) * press.ball_diameter_mm / 2
-        if visible_share(press) < TOUCH_EXAMINATION.visible:
+        # [share] Less of the contact inside the image is too little. Source: geometry: the circle
+        # is whole but for a pixel's error.
+        if visible_share(press) < 0.97:
             return "the image border cuts the contact; press further inside"
-        if share < TOUCH_EXAMINATION.smallest_contact:
+        # [ball radii] A smaller contact shows hardly any slopes. Source: by hand, more than the
+        # circle search needs (``PRESS_FIT``).
+        if share < 0.35:
             return "the contact is too small; press deeper"
-        deepest_mm = TOUCH_EXAMINATION.deepest * press.thickness_mm
-        if share > TOUCH_EXAMINATION.largest_contact or depth_mm > deepest_mm:
+        # [share of the gel's thickness] A ball with this contact would be too deep for the gel.
+        deepest_mm = 0.75 * press.thickness_mm
+        # [ball radii] A larger one is too deep: the sides are dark, and the gel may touch its
+        # plate. Source: geometry: the depth of a fifth of the diameter, which the guide asks for,
+        # gives 0.63 on a half-space and 0.8 if all of the cap touches, as on a thin layer.
+        if share > 0.78 or depth_mm > deepest_mm:
             return "the contact is too large; press less deep"
-        if press.circle.radius_std_px > TOUCH_EXAMINATION.irregular * press.ball_radius_px:
+        # [ball radii] Largest standard deviation of the contact's radius. Source: chosen on virtual
+        # rigs (``benchmarks/guided_calibration.py``).
+        if press.circle.radius_std_px > 0.25 * press.ball_radius_px:
             return "the contact is not round; press the ball alone, straight down"
         contact = press.area()
-        if press.frame.saturated[contact].any(axis=-1).mean() > TOUCH_EXAMINATION.saturated:
+        # [share] Largest share of the contact that is saturated
+        if press.frame.saturated[contact].any(axis=-1).mean() > 0.2:
             return "much of the contact is saturated; press less deep, or expose for less time"
         return ""
 

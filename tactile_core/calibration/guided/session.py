@@ -18,7 +18,7 @@ from tactile_core.calibration.fitted_bundle import KEPT, WITHDRAWN
 from tactile_core.calibration.fitting import calibrate_presses
 from tactile_core.calibration.guided.background import (
     AtOnce,
-    InProcesses,
+    InProcess,
     TouchChange,
     UndeformedCells,
     naming_a_kill,
@@ -43,11 +43,6 @@ class SESSION:
     # [count] No more are asked for. Source: the guide: thirty presses are good, and with one bad
     # in five 24 are left of them.
     most_presses = 24
-    # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
-    most_attempts = 30
-    # [count] Fewest presses with which guiding ends by itself. Source: the circle search
-    # describes the light best from 12 on (``LIGHT``).
-    enough_presses = 12
 
 
 class GuidedCalibration:
@@ -100,7 +95,7 @@ class GuidedCalibration:
             self.profile.image.width_px,
         ):
             raise InputError("the reference has another size than the profile's images")
-        self._background = AtOnce(bench) if at_once else InProcesses(bench)
+        self._background = AtOnce(bench) if at_once else InProcess(bench)
         self._cells = UndeformedCells(reference, bench.ball_radius_px)
         self._touches = Touches(bench.ball_radius_px)
         size = self.profile.image.width_px, self.profile.image.height_px
@@ -108,9 +103,7 @@ class GuidedCalibration:
         self._frames: dict[str, Frame] = {}
         self._circles: dict[str, Circle] = {}
         self._examined: deque[tuple[Frame, Future[Verdict]]] = deque()
-        self._scored: Future[float | None] | None = None
-        self._to_score: dict[str, Frame] = {}
-        self._before: dict[str, Circle] = {}
+        self._scored: deque[Future[float | None]] = deque()
         self._errors_deg: list[float] = []
         self._missed: list[Target] = []
         self._circle: Circle | None = None
@@ -217,14 +210,10 @@ class GuidedCalibration:
         while self._examined and self._examined[0][1].done():
             frame, future = self._examined.popleft()
             self._take_up(frame, future.result())
-        if self._scored is not None and self._scored.done():
-            error_deg = self._scored.result()
-            self._scored = None
+        while self._scored and self._scored[0].done():
+            error_deg = self._scored.popleft().result()
             if error_deg is not None:
                 self._errors_deg.append(error_deg)
-        if self._scored is None and self._to_score:
-            self._scored = self._background.score(self._to_score, self._before)
-            self._to_score = {}
 
     def _take_up(self, frame: Frame, verdict: Verdict) -> None:
         self._circle = verdict.circle
@@ -232,11 +221,12 @@ class GuidedCalibration:
             self._refuse(verdict.why)
             return
         name = verdict.name
-        self._frames[name] = self._to_score[name] = frame
+        self._frames[name] = frame
+        self._scored.append(self._background.score(name))
         self._note(KEPT, self._event(name, frame))
         for gone, why in verdict.withdrawn.items():
             self._note(WITHDRAWN, {**self._event(gone, self._frames.pop(gone)), "why": why})
-        self._before, self._circles = self._circles, dict(verdict.circles)
+        self._circles = dict(verdict.circles)
         self._refused = None
         self._missed.clear()
         self._target = self._coverage.target(list(self._circles.values()))
@@ -267,9 +257,12 @@ class GuidedCalibration:
         kept = len(self._circles)
         if kept + len(self._examined) >= SESSION.most_presses:
             return True
-        if kept < SESSION.enough_presses:
+        # [count] Fewest presses with which guiding ends by itself. Source: the circle search
+        # describes the light best from 12 on (``LIGHT``).
+        if kept < 12:
             return False
-        if self._attempts >= SESSION.most_attempts:
+        # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
+        if self._attempts >= 30:
             return True
         complete = self._coverage.is_complete(list(self._circles.values()))
         return complete and not still_helps(self._errors_deg)

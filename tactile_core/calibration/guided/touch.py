@@ -22,35 +22,16 @@ class TOUCH:
     Nothing sets them from outside: they are ratios and times.
     """
 
-    # [logarithm of the intensity] A stronger change is a touch. Source: chosen on virtual rigs
-    # (``benchmarks/guided_calibration.py``).
-    touches = 0.05
-    # [ratio] The same, over the change while nothing touches. Source: chosen on virtual rigs
-    # (``benchmarks/guided_calibration.py``).
-    touches_noise = 2.5
-    # [ratio] With a change below this share of that of a touch, the touch has ended. Source: by
-    # hand, so that noise between the two is neither.
-    lifted_share = 0.6
-    quiet_frames = 50  # [count] Latest frames without a touch whose median change is the noise
-    # [s] A press is still if it does not change for this time. Source: by hand, : a hand that
+    # [s] A press is still if it does not change for this time. Source: by hand: a hand that
     # stops for less is about to move.
     still_s = 0.3
     # [count] Frames of that time, at least. The middle one is kept: nothing moved before or after
     # it, so nothing moved during the exposures of a sequence either. Source: definition; three
     # are the fewest with a middle.
     still_frames = 4
-    # [ratio] Largest change of the imprint between any frame of that time and the last, relative
-    # to the imprint, besides noise. Source: chosen on virtual rigs
-    # (``benchmarks/guided_calibration.py``): a tremor by 1 % of the depth changes 0.02 to 0.1, a
-    # slide by a tenth of the ball's radius 0.25 and more.
-    still_change = 0.13
     # [ball radii] A touch whose imprint has moved further has slid. Source: virtual rigs
     # (``benchmarks/guided_calibration.py``).
     slide_balls = 0.3
-    # [ratio] The position of an imprint counts if it is this strong, relative to when it is
-    # still: before, contact is a point, and noise moves it. Source: virtual rigs
-    # (``benchmarks/guided_calibration.py``).
-    imprinted = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +73,8 @@ class Touches:
         self._ball_px = ball_radius_px
         self._recent: deque[tuple[Frame, TouchChange]] = deque()
         self._path: list[tuple[float, np.ndarray]] = []
-        self._quiet: deque[float] = deque(maxlen=TOUCH.quiet_frames)
+        # [count] Latest frames without a touch whose median change is the noise
+        self._quiet: deque[float] = deque(maxlen=50)
         self.touching = self.since_still = False
         self.ended_restless = False
 
@@ -104,8 +86,14 @@ class Touches:
     def add(self, frame: Frame, change: TouchChange) -> Still | None:
         """Add a frame; return the press if it has just become still."""
         self.ended_restless = False
-        least = max(TOUCH.touches, TOUCH.touches_noise * self.noise)
-        if change.strength < least * (TOUCH.lifted_share if self.touching else 1):
+        # [logarithm of the intensity] A stronger change is a touch. Source: chosen on virtual rigs
+        # (``benchmarks/guided_calibration.py``).
+        # [ratio] The same, over the change while nothing touches. Source: chosen on virtual rigs
+        # (``benchmarks/guided_calibration.py``).
+        least = max(0.05, 2.5 * self.noise)
+        # [ratio] With a change below this share of that of a touch, the touch has ended. Source: by
+        # hand, so that noise between the two is neither.
+        if change.strength < least * (0.6 if self.touching else 1):
             self._quiet.append(change.strength)
             self.ended_restless = self.touching and not self.since_still and len(self._path) > 2
             self.touching = self.since_still = False
@@ -136,14 +124,21 @@ class Touches:
             or frame.timestamp_s - first.timestamp_s < TOUCH.still_s
         ):
             return False
-        largest = float(np.hypot(TOUCH.still_change, self.noise / change.strength))
+        # [ratio] Largest change of the imprint between any frame of that time and the last,
+        # relative to the imprint, besides noise. Source: chosen on virtual rigs
+        # (``benchmarks/guided_calibration.py``): a tremor by 1 % of the depth changes 0.02 to 0.1,
+        # a slide by a tenth of the ball's radius 0.25 and more.
+        largest = float(np.hypot(0.13, self.noise / change.strength))
         return all(change.motion(earlier) <= largest for _, earlier in self._recent)
 
     def _slid(self, last: TouchChange) -> float:
+        # [ratio] The position of an imprint counts if it is this strong, relative to when it is
+        # still: before, contact is a point, and noise moves it. Source: virtual rigs
+        # (``benchmarks/guided_calibration.py``).
         away = [
             float(np.hypot(*(middle - last.middle_px)))
             for strength, middle in self._path
-            if strength >= TOUCH.imprinted * last.strength
+            if strength >= 0.6 * last.strength
         ]
         return max(away, default=0.0) / self._ball_px
 

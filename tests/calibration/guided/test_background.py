@@ -10,7 +10,7 @@ import pytest
 
 from experiments.virtual_hand import VirtualHand
 from tactile_core.acquisition.acquisition import average
-from tactile_core.calibration.guided.background import InProcesses
+from tactile_core.calibration.guided.background import InProcess
 from tactile_core.calibration.guided.examination import TouchBench
 
 SMALL = {
@@ -28,11 +28,11 @@ def made_bench() -> tuple[TouchBench, VirtualHand]:
 def judge() -> None:
     bench, hand = made_bench()
     (frame,) = hand.idle(1)
-    assert InProcesses(bench).examine("press_01", frame).result(60).why
+    assert InProcess(bench).examine("press_01", frame).result(60).why
 
 
-def test_work_that_fails_leaves_the_other_process_as_it_is() -> None:
-    with closing(InProcesses(made_bench()[0])) as background:
+def test_work_that_fails_leaves_the_process_as_it_is() -> None:
+    with closing(InProcess(made_bench()[0])) as background:
         process = background.run(os.getpid)
         assert process != os.getpid()
         with pytest.raises(ZeroDivisionError):

@@ -25,21 +25,7 @@ from tactile_core.sim.script import Script
 from tactile_core.sim.stage import UnitOptions, VirtualStage
 from tactile_core.sim.truth import TrueState
 
-
-class HAND:
-    """Speeds and limits of the hand."""
-
-    # [mm/s, mm/s and degrees/s] Fastest motion along the surface, up and down, and around.
-    # Source: by hand, : calm motions of a person.
-    speed_mm_s = 6.0
-    lowering_mm_s = 1.5
-    turning_deg_s = 60.0
-    # [gel thicknesses] Deepest press. Source: the layer of elastomer is linear up to about a
-    # third.
-    deepest = 0.35
-    # [s] Longest time of one step; a slower computer moves the object more slowly. Source: three
-    # frames of a 30 Hz camera.
-    longest_s = 0.1
+_LOWERING_MM_S = 1.5  # Fastest motion up and down: calm motions of a person
 
 
 @dataclass(frozen=True)
@@ -66,7 +52,7 @@ class Aim:
 
 
 class Hand:
-    """Moves an object towards its aim, as fast as :class:`HAND` allows.
+    """Moves an object towards its aim, as calmly as a person does.
 
     ``take`` and ``aim`` may be called from any thread.
 
@@ -91,7 +77,8 @@ class Hand:
     @property
     def deepest_mm(self) -> float:
         """Deepest press."""
-        return HAND.deepest * self._surface.gel.elastomer.thickness_mm
+        # the layer of elastomer is linear up to about a third
+        return 0.35 * self._surface.gel.elastomer.thickness_mm
 
     def take(self, kind: str, options: Mapping[str, Any]) -> None:
         """Choose the object; one that is pressed is released first.
@@ -112,7 +99,7 @@ class Hand:
 
     def step(self, seconds: float) -> None:
         """Let time pass, and move towards the aim."""
-        seconds = min(seconds, HAND.longest_s)
+        seconds = min(seconds, 0.1)  # a slower computer moves the object more slowly
         with self._lock:
             goal, wanted = self._goal, self._object
         surface = self._surface
@@ -133,13 +120,13 @@ class Hand:
         kind, options = self._taken = wanted
         place = {"x_mm": goal.x_mm, "y_mm": goal.y_mm, "angle_deg": goal.angle_deg}
         self._surface.indent_with(make_indenter(kind, **options), **place)
-        depth_mm = min(goal.depth_mm, self.deepest_mm, HAND.lowering_mm_s * seconds)
+        depth_mm = min(goal.depth_mm, self.deepest_mm, _LOWERING_MM_S * seconds)
         self._surface.press(depth_mm=max(depth_mm, 1e-3), steps=1, seconds=seconds)
         self._at = Aim(**place, depth_mm=depth_mm, pressed=True)
 
     def _move(self, goal: Aim, seconds: float) -> None:
-        at, far = self._at, HAND.speed_mm_s * seconds
-        low, turn = HAND.lowering_mm_s * seconds, HAND.turning_deg_s * seconds
+        at, far = self._at, 6.0 * seconds  # mm/s along the surface
+        low, turn = _LOWERING_MM_S * seconds, 60.0 * seconds
         dx, dy = goal.x_mm - at.x_mm, goal.y_mm - at.y_mm
         share = min(1.0, far / max((dx**2 + dy**2) ** 0.5, 1e-12))
         dx, dy = share * dx, share * dy

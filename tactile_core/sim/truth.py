@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
-from tactile_core.sim.contact_step import STEP, ContactModel
+from tactile_core.sim.contact_step import OUT_OF_REACH_MM, ContactModel
 from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
@@ -91,7 +91,7 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
     x, y = np.broadcast_arrays(x, y[:, None])
     overlap = model.gel.rest_mm(x, y) - gap + (state.depth_mm - state.level_mm)
     # below any gap that counts, and small enough for single precision
-    overlap = np.maximum(overlap, STEP.out_of_reach_mm) - (height - pressed)
+    overlap = np.maximum(overlap, OUT_OF_REACH_MM) - (height - pressed)
     solved = solve_normal(
         model.finer(factor).near(x.shape).indentation,
         overlap.astype(model.layer.dtype),

@@ -23,8 +23,8 @@ from tactile_core.sim.indenters.solids import Indenter
 NO_GEL_MM = -1e3  # Level of the rest surface outside the gel: nothing reaches it
 
 
-# [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted silicone
-# on smooth objects
+# [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted
+# silicone on smooth objects
 FRICTION = 0.5
 
 

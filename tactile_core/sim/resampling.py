@@ -32,7 +32,6 @@ _LEAST_INFLUENCE = 7e-9
 
 # Whether OpenCV reads at any position; older versions round positions to 1/32 of a node.
 _READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
-_CHANNELS = 4  # Channels of an image that OpenCV reads fastest
 
 
 class ImageSampler:
@@ -269,8 +268,6 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
     """Cubic splines of coefficients (k, ny + 2, nx + 2) at places in nodes, constant beyond."""
     count, rows, columns = coefficients.shape
     (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
-    if _READS_BETWEEN and count <= _CHANNELS:
-        return _cubic_by_linear(coefficients, (i, b), (j, a))
     place, nodes = i * columns + j, coefficients.reshape(count, -1)
     total = np.zeros((count, *row.shape), np.float32)
     across = _weights(a)
@@ -278,29 +275,6 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
         for k, w in enumerate(across):
             total += (weight * w) * nodes.take(place + (down * columns + k), 1)
     return total
-
-
-def _cubic_by_linear(
-    coefficients: Float32,
-    rows: tuple[NDArray[np.intp], Float32],
-    columns: tuple[NDArray[np.intp], Float32],
-) -> Float32:
-    """Cubic splines in cells (index, fraction), as four weighted linear interpolations."""
-    count = len(coefficients)
-    nodes = cv2.merge([*coefficients, *coefficients[:1].repeat(_CHANNELS - count, 0)])
-    # two adjacent coefficients of positive weights: their sum times a value between them
-    halves = []
-    for first, fraction in (rows, columns):
-        a, b, c, d = _weights(fraction)
-        before, after, start = a + b, c + d, first.astype(np.float32)
-        halves.append(((before, start + b / before), (after, start + 2 + d / after)))
-    total = np.zeros((*rows[1].shape, _CHANNELS), np.float32)
-    for down, y in halves[0]:
-        for across, x in halves[1]:
-            value = np.asarray(cv2.remap(nodes, x, y, cv2.INTER_LINEAR))
-            value *= cv2.merge([down * across] * _CHANNELS)
-            total += value
-    return np.stack(cv2.split(total)[:count])
 
 
 def _find_needed_nodes(nodes: Array, targets: Array) -> slice:

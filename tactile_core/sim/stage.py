@@ -118,7 +118,7 @@ class VirtualStage(GelSurface):
         truth = self.truth()
         markers_px = truth.markers_px if len(truth.markers_px) else None
         pixels = self._optics.expose(
-            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot, finite=True
+            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot
         )
         channels = self._optics.channels
         sequential = self._shots > 1

@@ -83,7 +83,6 @@ def light_field(
     *,
     mm_per_px: float,
     rest_mm: Float32 | None = None,
-    dead_leds: tuple[int, ...] = (),
 ) -> Float32:
     """Light vectors of one LED array over the undeformed gel surface.
 
@@ -97,14 +96,12 @@ def light_field(
     mm_per_px : float
     rest_mm : (H, W) float32, optional
         Height of the undeformed surface towards the camera; flat by default.
-    dead_leds : tuple of int
-        Indices of dead LEDs.
 
     Returns
     -------
     (3, H, W) float32
         x, y and height of the vector towards the light. Its length is the irradiance at normal
-        incidence, with a median of 1 if no LED is dead.
+        incidence, with a median of 1.
     """
     height, width = shape
     # near light varies over millimetres, so a point every 8 px is enough
@@ -115,20 +112,15 @@ def light_field(
     z = np.zeros((1, 1)) if rest_mm is None else cv2.resize(rest_mm, size)
     lobe_power = np.log(0.5) / np.log(np.cos(np.radians(led_array.build.lobe_deg) / 2))
     whole = np.zeros((3, size[1], size[0]))
-    shining = np.zeros_like(whole)
-    for number, (px, py, pz) in enumerate(led_array.leds_mm):
+    for px, py, pz in led_array.leds_mm:
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
         far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
         along = np.maximum(-np.tensordot(led_array.axes[2], ray, 1) / far, 0)
-        vector = ray * (along**lobe_power / far**3)
-        whole += vector
-        if number not in dead_leds:
-            shining += vector
+        whole += ray * (along**lobe_power / far**3)
     strength = np.median(np.linalg.norm(whole, axis=0))
     middle = led_array.centre_mm / led_array.distance_mm
     share = led_array.build.scatter
-    alight = 1 - len(set(dead_leds)) / len(led_array.leds_mm)
-    field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
+    field = (1 - share) * whole / strength + share * middle[:, None, None]
     coarse = field.transpose(1, 2, 0).astype(np.float32)
     fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
     return np.ascontiguousarray(fine.transpose(2, 0, 1))

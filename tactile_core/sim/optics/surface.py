@@ -112,16 +112,6 @@ class Membrane:
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
         textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(led_arrays)]
-        scratches = faults.scratches_mm(wide, image.mm_per_px, seed)
-        # After those of the lights
-        self._scratches = len(textures) if scratches is not None else None
-        if scratches is not None:
-            textures.append(scratches)
-        self._print = len(textures) if self.markers is not None else None
-        if self.markers is not None:
-            textures.append(
-                self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
-            )
         # Remapping an image of four channels takes as long as one of a single channel.
         self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
         for number, texture in enumerate(textures):
@@ -140,17 +130,27 @@ class Membrane:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._move_textures(displacement_mm)
         reflectance = None
-        if self._print is not None and markers_px is None:
-            reflectance = _plane(textures, self._print)
-        if self.markers is not None and markers_px is not None:
+        if self.markers is not None:
+            if markers_px is None:
+                markers_px = self._carry_markers(self.markers.rest_px, displacement_mm)
             reflectance = self.markers.reflectance(self._shape, markers_px, self._ink)
         if self._absorption:
             darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
             reflectance = darker if reflectance is None else reflectance * darker
-        relief = height_mm
-        if self._scratches is not None:
-            relief = height_mm + _plane(textures, self._scratches)
-        return OpticalSurface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
+        return OpticalSurface(height_mm, self._rest_slopes, self._mm_per_px, reflectance, textures)
+
+    def _carry_markers(
+        self, rest_px: NDArray[np.float64], displacement_mm: Float32 | None
+    ) -> NDArray[np.float64]:
+        """Marker centres after the displacement of the pixels on which they were printed."""
+        if displacement_mm is None:
+            return rest_px
+        rows, columns = (
+            np.clip(np.rint(rest_px[:, axis]).astype(int), 0, self._shape[1 - axis] - 1)
+            for axis in (1, 0)
+        )
+        moved_px = displacement_mm[rows, columns] / self._mm_per_px
+        return np.asarray(rest_px + moved_px, np.float64)
 
     def _move_textures(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""

@@ -113,17 +113,8 @@ class ImageSampler:
             On the undeformed surface.
         """
         first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
-        last = np.array(self.grid.shape[::-1]) - 1
-        places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
-        corner = np.minimum(places.astype(np.intp), last - 1)
-        x, y = (places - corner).T
-        wx, wy = np.stack(_weights(x), 1), np.stack(_weights(y), 1)
-        nodes = self._coefficients(displacement_mm)[:2].reshape(2, -1)
-        width = self.grid.nx + 2
-        sixteen = (np.arange(4)[:, None] * width + np.arange(4)).reshape(-1)
-        near = nodes.take(corner[:, 1:] * width + corner[:, :1] + sixteen, axis=1)
-        weights = (wy[:, :, None] * wx[:, None]).reshape(-1, 16)
-        return np.ascontiguousarray((near * weights).sum(-1).T)
+        column, row = ((points_mm - first) / self.grid.spacing_mm).astype(np.float32).T
+        return np.asarray(_cubic(self._coefficients(displacement_mm)[:2], row, column).T, float)
 
     def at_present(self, displacement_mm: Array, origins: Float32) -> Float32:
         """(3, my, mx) current displacement at the needed nodes, along x, y and z.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shade, Shadows, cast
+from tactile_core.sim.optics.shadows import Shadows, cast
 from tactile_core.sim.optics.surface import OpticalSurface
 
 # [share] Specular share of the reflected light: to look like the coated gels in [1]_, figure 4
@@ -246,13 +246,14 @@ class Shining:
     exposures: int = 1
 
     @cached_property
-    def shade(self) -> Shade | None:
-        """Where the lights are hidden; None without any shadow."""
-        if not self.sources:
+    def shade(self) -> list[Float32] | None:
+        """(H, W) share of each light that no relief hides; None without any shadow."""
+        relief = self.surface.relief_mm
+        if not self.sources or np.ptp(relief) < 0.01:  # mm: too flat to cast shadows
             return None
         shadows = [source.shadows for _, source, _, _ in self.sources]
-        low = self.surface.reduce_relief(shadows[0].size)
-        return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
+        low = cv2.resize(relief, shadows[0].size, interpolation=cv2.INTER_AREA)
+        return cast(shadows, np.asarray(low, np.float32), relief.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:
@@ -290,13 +291,12 @@ class Shining:
             for channel in unlit:
                 np.multiply(sky, half[channel], out=light[channel])
             begun = set(unlit)
-            dark = None if self.shade is None else self.shade.shares(rows)
             for index, ((number, source, level, _), into) in enumerate(
                 zip(self.sources, channels, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if self.shade is not None and dark is not None:
-                    plane[dark[0], self.shade.columns] *= dark[1][index]
+                if self.shade is not None:
+                    plane *= self.shade[index][rows]
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -14,10 +13,8 @@ from tactile_core.algorithms.sphere import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import MarkerPrint
-from tactile_core.sim.refinement import BandedMatrix
 
 _MARGIN = 0.1  # [image widths] Border around the image that shear may move into it
-_MIN_SHADOW_RELIEF_MM = 0.01  # [mm] A relief with a smaller range casts no shadows
 _SIGMAS_PER_GRAIN: float = 2  # [ratio] Size of the grain over the Gaussian sigma that correlates it
 
 
@@ -28,7 +25,7 @@ class OpticalSurface:
     Attributes
     ----------
     relief_mm : (H, W) float32
-        Height above the undeformed surface, including scratches.
+        Height above the undeformed surface.
     rest_slopes : (2, H, W) float32 or None
         Slopes of the undeformed surface; None if flat.
     mm_per_px : float
@@ -36,7 +33,7 @@ class OpticalSurface:
         1 on the bare surface, less on markers; None without markers.
     textures : (T, H, W, 4) float32
         Grain as a factor on each light, four lights to an image. Grain differs between lights,
-        because facets reflect only some of them. Scratches and markers follow the last light.
+        because facets reflect only some of them.
     """
 
     relief_mm: Float32
@@ -44,20 +41,10 @@ class OpticalSurface:
     mm_per_px: float
     reflectance: Float32 | None
     textures: Float32
-    _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
         """(H, W) grain: factor on the light of this index."""
         return _plane(self.textures, led_array)
-
-    def reduce_relief(self, size: tuple[int, int]) -> Float32 | None:
-        """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
-        if size not in self._reduced:
-            height = self.relief_mm
-            relief_mm = float(height.max() - height.min())
-            casts = relief_mm >= _MIN_SHADOW_RELIEF_MM
-            self._reduced[size] = _average_pixels(height, size) if casts else None
-        return self._reduced[size]
 
     def normals(self, rows: slice) -> Float32:
         """(3, h, W) unit normals of a band of rows, the third component towards the camera."""
@@ -171,21 +158,6 @@ class Membrane:
 def _plane(textures: Float32, number: int) -> Float32:
     """View of one texture: a copy would cost more than strided reads."""
     return textures[number // 4, ..., number % 4]
-
-
-def _average_pixels(values: Float32, size: tuple[int, int]) -> Float32:
-    """Means over the pixels of a coarser grid of this many columns and rows."""
-    down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
-    return across.along(down.times(values))
-
-
-@cache
-def _means(pixels: int, parts: int) -> BandedMatrix:
-    """Matrix (parts, pixels) that averages over equal parts of a side."""
-    edges = np.arange(parts + 1) * (pixels / parts)
-    left = np.arange(pixels)
-    covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
-    return BandedMatrix.from_matrix(np.maximum(covered, 0) * (parts / pixels))
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -131,22 +130,12 @@ class ImageSampler:
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
-        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
-        return _between(rows.values, known, columns.values)
-
-    def slopes(self, field: Array) -> Float32:
-        """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
-        rows, columns = self._splines
-        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
-        along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
-        along[0] = _between(rows.values, known, columns.slopes)
-        along[1] = _between(rows.slopes, known, columns.values)
-        return np.moveaxis(along, 0, 2)
+        return rows.times(columns.along(np.asarray(field, np.float32)))
 
     @cached_property
-    def _splines(self) -> tuple[_BSplines, _BSplines]:
-        rows, columns = self._along
-        return _BSplines.from_nodes(*rows), _BSplines.from_nodes(*columns)
+    def _splines(self) -> tuple[BandedMatrix, BandedMatrix]:
+        rows, columns = (BandedMatrix.from_matrix(spline_matrix(*side)) for side in self._along)
+        return rows, columns
 
     @cached_property
     def _solutions(self) -> tuple[BandedMatrix, BandedMatrix]:
@@ -167,36 +156,6 @@ class ImageSampler:
         return np.asarray(cv2.remap(nodes.astype(np.float32), column, row, cv2.INTER_LINEAR) > 0.5)
 
 
-class _BSplines(NamedTuple):
-    """Cubic spline through values at nodes, as a sum of uniform cubic B-splines, one per node.
-
-    Attributes
-    ----------
-    solution : BandedMatrix
-        From n values at the nodes to n + 2 coefficients.
-    values, slopes : BandedMatrix
-        From coefficients to the values at N target positions, and to their derivatives.
-    """
-
-    solution: BandedMatrix
-    values: BandedMatrix
-    slopes: BandedMatrix
-
-    @classmethod
-    def from_nodes(cls, nodes: Array, targets: Array) -> _BSplines:
-        from scipy.interpolate import BSpline
-
-        count, spacing = len(nodes), nodes[1] - nodes[0]
-        position, knots = (targets - nodes[0]) / spacing, np.arange(-3.0, count + 3)
-        values = BSpline.design_matrix(position, knots, 3, extrapolate=True)
-        slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
-        return cls(
-            BandedMatrix.from_matrix(_solution(count)),
-            BandedMatrix.from_matrix(values.toarray()),
-            BandedMatrix.from_matrix(slopes),
-        )
-
-
 def _solution(count: int) -> Float32:
     """(n + 2, n) matrix from values at n nodes to the coefficients of uniform cubic B-splines."""
     from scipy.interpolate import make_interp_spline
@@ -214,11 +173,6 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
     s = 1 - t
     inner = [(4 + x * x * (3 * x - 6)) / 6 for x in (t, s)]
     return s * s * s / 6, inner[0], inner[1], t * t * t / 6
-
-
-def _between(rows: BandedMatrix, known: Float32, columns: BandedMatrix) -> Float32:
-    """Product of a matrix for the rows, coefficients, and a matrix for the columns."""
-    return rows.times(columns.along(known))
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
@@ -279,5 +233,5 @@ def spline_matrix(nodes: Array, targets: Array) -> Float32:
     """Matrix from values at the nodes to those of a cubic spline at the targets."""
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(nodes, np.eye(len(nodes)), k=3)
-    return np.asarray(spline(targets), np.float32)
+    matrix = make_interp_spline(nodes, np.eye(len(nodes)), k=3)(targets)
+    return np.where(abs(matrix) < _LEAST_INFLUENCE, 0, matrix).astype(np.float32)

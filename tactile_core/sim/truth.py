@@ -156,21 +156,8 @@ class TrueState:
     @cached_property
     def gradients(self) -> Float32:
         """(H, W, 2) ∂z/∂x and ∂z/∂y of the height."""
-        slopes = self._sampler.slopes(self._now[2])
-        if self._imprint is not None:
-            rows, columns = self._imprint.window(self._sampler.shape)
-            # one pixel more, where there is one, for central differences at the window's border
-            above, left = min(rows.start, 1), min(columns.start, 1)
-            wide = self.height_mm[
-                rows.start - above : rows.stop + 1, columns.start - left : columns.stop + 1
-            ]
-            if min(wide.shape) > 1:
-                down, right = np.gradient(wide, self.mm_per_px)
-                inside = np.stack([right, down], -1)[above:, left:]
-                slopes[rows, columns] = inside[
-                    : rows.stop - rows.start, : columns.stop - columns.start
-                ]
-        return slopes
+        down, right = np.gradient(self.height_mm, self.mm_per_px, edge_order=2)
+        return np.stack([right, down], -1)
 
     @cached_property
     def displacement_mm(self) -> Float32:

@@ -206,7 +206,8 @@ def vignette(shape: tuple[int, int], loss: float) -> Float32:
 
 
 def _compress_pixels(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
-    # OpenCV's order of colours is blue, green, red
-    _, data = cv2.imencode(".jpg", pixels[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
-    back = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
-    return back[..., ::-1] if back.ndim == COLOUR else back
+    colour = pixels.ndim == COLOUR and pixels.shape[2] == COLOUR
+    swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
+    _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    sent = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
+    return np.asarray(cv2.cvtColor(sent, cv2.COLOR_BGR2RGB)) if colour else sent

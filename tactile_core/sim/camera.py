@@ -155,45 +155,52 @@ class VirtualOptions(UnitOptions):
     loop: bool = Field(default=False, description="Restart the script when it ends.")
 
 
-class VirtualCamera(Camera):
+class StageCamera(Camera):
+    """Looks at a virtual stage, which steps through the exposure sequence itself.
+
+    Parameters
+    ----------
+    options : UnitOptions
+    profile : SensorBuild
+        The sensor to simulate.
+    """
+
+    Options: ClassVar[type[BaseModel]] = UnitOptions
+    live: ClassVar[bool] = False
+
+    def __init__(self, options: UnitOptions, profile: SensorBuild) -> None:
+        super().__init__(options)
+        self._settings, self._profile = options, profile
+
+    @classmethod
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
+        """Make the camera of a profile's virtual sensor."""
+        assert isinstance(options, UnitOptions)
+        return cls(options, build)
+
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        return Trigger.CAMERA
+
+
+class VirtualCamera(StageCamera):
     """Plays a script on a virtual stage and delivers its images, then None.
 
     Each read returns the next exposure of the rig's sequence, so lights and camera stay
     synchronised as long as every exposure is read. Timestamps are simulated: the same script gives
     the same readings on any machine. A step without seconds takes one frame at the nominal rate.
-
-    Parameters
-    ----------
-    options : VirtualOptions
-    profile : SensorBuild
-        The sensor to simulate.
     """
 
     Options: ClassVar[type[BaseModel]] = VirtualOptions
-    live: ClassVar[bool] = False
-
-    def __init__(self, options: VirtualOptions, profile: SensorBuild) -> None:
-        super().__init__(options)
-        self._settings, self._profile = options, profile
-        self._images: Iterator[Image] = iter(())
-
-    @classmethod
-    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a profile's virtual sensor."""
-        assert isinstance(options, VirtualOptions)
-        return cls(options, build)
+    _images: Iterator[Image] = iter(())
 
     def _open(self) -> None:
         stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)
+        assert isinstance(self._settings, VirtualOptions)
         script = Script(self._settings.script or _TOUCH)
         self._images = _played_images(stage, script, loop=self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
-
-    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the stage steps through the exposure sequence itself
-        return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:
         return next(self._images, None)
@@ -223,37 +230,21 @@ def _played_images(stage: VirtualStage, script: Script, *, loop: bool) -> Iterat
         stage.reset()
 
 
-class HandCamera(Camera):
+class HandCamera(StageCamera):
     """Shows a virtual sensor in real time, as far as the computer is fast enough.
 
     Each observation lets the time pass that has passed since the one before. Timestamps are those
     of the host's clock.
-
-    Parameters
-    ----------
-    options : UnitOptions
-    profile : SensorBuild
-        The sensor to simulate.
     """
 
-    Options: ClassVar[type[BaseModel]] = UnitOptions
-    live: ClassVar[bool] = False
-
     def __init__(self, options: UnitOptions, profile: SensorBuild) -> None:
-        super().__init__(options)
-        self._settings, self._profile = options, profile
+        super().__init__(options, profile)
         self._stage: VirtualStage | None = None
         self._hand: Hand | None = None
         self._left: deque[Image] = deque()
         self._stepped_s = 0.0
         self._shot = 0
         self.truth: TrueState | None = None
-
-    @classmethod
-    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a profile's virtual sensor."""
-        assert isinstance(options, UnitOptions)
-        return cls(options, build)
 
     @property
     def hand(self) -> Hand:
@@ -277,10 +268,6 @@ class HandCamera(Camera):
     def _close(self) -> None:
         self._stage = self._hand = self.truth = None
         self._left.clear()
-
-    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the stage steps through the exposure sequence itself
-        return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:
         if not self._left:

@@ -23,15 +23,9 @@ from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, OpticalSurface
 
-# [px] Approximate width of the shadow grid in fast mode: for the fast mode to run at camera rate
-# (``benchmarks/bench_sim.py`` measures it)
-_FAST_COLUMNS = 96
-# [px] Approximate width of the shadow grid in accurate mode: the full resolution of a 640 × 480
-# image
-_ACCURATE_COLUMNS = 640
-
-
-_SHADOW_COLUMNS = {"fast": _FAST_COLUMNS, "accurate": _ACCURATE_COLUMNS}
+# [px] Approximate width of the grid of shadows: at camera rate (``benchmarks/bench_sim.py``), and
+# every pixel of 640 × 480
+_SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
 
 
 class RigOptics:

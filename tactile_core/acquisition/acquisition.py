@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,14 +47,20 @@ class Acquisition:
     driver : LightDriver, optional
         Switches the lights; not needed for a recording or a virtual sensor.
     keep_raw : bool
-        Whether a frame keeps the camera's raw images.
+        Whether a frame keeps the images as the camera sent them, in ``frame.raw``.
     clock : Clock
         That of the camera's timestamps.
 
     Attributes
     ----------
-    keep_images : bool
-        Whether :attr:`images` holds those of the latest observation; may be changed at any time.
+    exposures : tuple of Exposure
+        Those of one observation, in order.
+    images : tuple of Image
+        Those of the latest observation, in the order of its exposures.
+    settings : tuple of Settings
+        Exposure time and gain of each exposure of the latest observation, as read back.
+    keep_raw : bool
+        May be changed at any time.
     """
 
     def __init__(
@@ -68,10 +75,11 @@ class Acquisition:
     ) -> None:
         self._camera = camera
         self._driver = driver
-        self._assembly = Assembly(illumination, image, keep_raw=keep_raw)
-        self._exposures = self._assembly.exposures
+        self._assembly = Assembly(illumination, image)
+        self.keep_raw = keep_raw
+        self.exposures = self._assembly.exposures
         self._own_settings = any(
-            one.exposure_time_s is not None or one.gain is not None for one in self._exposures
+            one.exposure_time_s is not None or one.gain is not None for one in self.exposures
         )
         self._clock = clock
         self._settled_s = float("-inf")
@@ -79,10 +87,9 @@ class Acquisition:
         self._trigger: Trigger | None = None
         self._shining: Mapping[str, float] | None = None
         self._sequence = 0
-        self._settings: tuple[Settings, ...] = ()
+        self.settings: tuple[Settings, ...] = ()
         self._size_px: tuple[int, int] | None = None
-        self.keep_images = False
-        self._images: tuple[Image, ...] = ()
+        self.images: tuple[Image, ...] = ()
 
     def restart(self) -> None:
         """Number the observations from 0 again, for a recording that is played once more."""
@@ -102,46 +109,18 @@ class Acquisition:
         """
         self._shining = None
         with blame(CAMERA, self._camera):
-            self._trigger = self._camera.arm(self._exposures)
+            self._trigger = self._camera.arm(self.exposures)
         if not isinstance(self._trigger, Trigger):
             given = type(self._trigger).__name__
             raise fault(CAMERA, self._camera, f"returned {given} from arm() instead of a Trigger")
-        if (
-            self._trigger is not Trigger.CAMERA
-            and self._driver is None
-            and len(self._exposures) > 1
-        ):
+        if self._trigger is not Trigger.CAMERA and self._driver is None and len(self.exposures) > 1:
             raise InputError(
-                f"one observation takes {len(self._exposures)} exposures under different lights, "
+                f"one observation takes {len(self.exposures)} exposures under different lights, "
                 f"but {origin_of(type(self._camera))} does not switch them; name a light driver in "
                 f"the profile, as 'illumination: {{driver: {{use: …}}}}'"
             )
         if self._trigger is Trigger.FREE_RUNNING and self._stream is None:
             self._stream = self._begin_stream()
-
-    @property
-    def exposures(self) -> tuple[Exposure, ...]:
-        """The exposures of one observation, in order."""
-        return self._exposures
-
-    @property
-    def images(self) -> tuple[Image, ...]:
-        """The images of the latest observation in the order of its exposures, if they are kept."""
-        return self._images
-
-    @property
-    def keep_raw(self) -> bool:
-        """Whether a frame keeps the camera's raw images."""
-        return self._assembly.keep_raw
-
-    @keep_raw.setter
-    def keep_raw(self, keep: bool) -> None:
-        self._assembly.keep_raw = keep
-
-    @property
-    def settings(self) -> tuple[Settings, ...]:
-        """Exposure time and gain of each exposure of the latest observation, as read back."""
-        return self._settings
 
     @property
     def stamp_delay_s(self) -> float | None:
@@ -179,10 +158,10 @@ class Acquisition:
         if not images:
             return None
         frame = self._assembly.frame(images, self._sequence)
-        self._settings = tuple(Settings(one.exposure_time_s, one.gain) for one in images)
-        self._images = tuple(images) if self.keep_images else ()
+        self.settings = tuple(Settings(one.exposure_time_s, one.gain) for one in images)
+        self.images = tuple(images)
         self._sequence += 1
-        return frame
+        return replace(frame, raw=self.images) if self.keep_raw else frame
 
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.observe()) is not None:
@@ -191,8 +170,8 @@ class Acquisition:
     def _take_images(self, timeout_s: float) -> list[Image]:
         """Return the images of one observation as they arrive; none at a recording's end."""
         images: list[Image] = []
-        following = (*self._exposures[1:], self._exposures[0])
-        for exposure, then in zip(self._exposures, following, strict=True):
+        following = (*self.exposures[1:], self.exposures[0])
+        for exposure, then in zip(self.exposures, following, strict=True):
             self._light(exposure)
             image = self._take_exposure(exposure, then, timeout_s)
             if image is None:
@@ -283,8 +262,8 @@ class Acquisition:
         stream = FreeRunning(self._image, self._clock, known)
         if self._driver is not None:
             stream.measure_period()
-            if known is None and len(self._exposures) > 1:
-                stream.measure_delay(self._switch, self._exposures[0].levels)
+            if known is None and len(self.exposures) > 1:
+                stream.measure_delay(self._switch, self.exposures[0].levels)
         return stream
 
 

@@ -25,25 +25,18 @@ class Assembly:
     illumination : Illumination
         Defines the channels of each exposure.
     image : ImageSection
-    keep_raw : bool
-        Whether a frame keeps the camera's raw images.
 
     Attributes
     ----------
     exposures : tuple of Exposure
         The exposures of one observation, in order.
-    keep_raw : bool
-        It may change.
     """
 
-    def __init__(
-        self, illumination: Illumination, image: ImageSection, *, keep_raw: bool = False
-    ) -> None:
+    def __init__(self, illumination: Illumination, image: ImageSection) -> None:
         self.exposures = exposures_of(illumination)
         self._channels = tuple(illumination.channels)
         self._image = image
         self._geometry = ImageGeometry(image)
-        self.keep_raw = keep_raw
 
     def frame(self, images: Sequence[Image], sequence: int = 0) -> Frame:
         """Make a frame from the exposures of one observation, in order.
@@ -79,7 +72,6 @@ class Assembly:
             sequence=sequence,
             source=images[0].source,
             exposure_times_s=tuple(times),
-            raw=tuple(images) if self.keep_raw else (),
             standalone=images[0].standalone,
         )
 

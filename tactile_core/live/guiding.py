@@ -14,7 +14,7 @@ from typing import Any
 from tactile_core.calibration.guided.session import GuidedCalibration
 from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import InputError, TactileError, words_of
-from tactile_core.live.commands import PAGE
+from tactile_core.live.commands import REFERENCE_FRAMES
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.shown_state import new_path
 from tactile_core.quantities import Frame
@@ -77,7 +77,7 @@ class Guiding:
         self._beginning = True
         try:
             said = live.do(self._record).result()
-            taken = live.do(lambda: sensor.capture_reference(PAGE.reference_frames))
+            taken = live.do(lambda: sensor.capture_reference(REFERENCE_FRAMES))
             reference, recording = taken.result(), self._recording
             self._guided = GuidedCalibration(
                 sensor.profile,

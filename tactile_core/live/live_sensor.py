@@ -16,7 +16,6 @@ from tactile_core.acquisition.free_running import HOST
 from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.sink import Reading
-from tactile_core.live.commands import PAGE
 from tactile_core.live.numbers import entries_of
 from tactile_core.live.opening import ShownPlayback
 from tactile_core.live.pictures import Newest
@@ -201,13 +200,13 @@ class LiveSensor:
             past = _SMOOTHING if self._rate_hz else 0.0
             self._rate_hz = 1 / (past / (self._rate_hz or 1.0) + (1 - past) / rate_hz)
         self._last_s = now_s
-        if now_s - self._health[0] > PAGE.health_s:
+        if now_s - self._health[0] > 0.5:
             self._health = (now_s, self.sensor.health().summary())
         entries, faults = entries_of(reading)
         values = {entry.key: float(entry.value) for entry in entries if entry.is_number}
         values["latency_ms"] = reading.latency_ms
         self._samples.append(Sample(self._number, taken_s, values))
-        while self._samples[0].taken_s < taken_s - PAGE.history_s:
+        while self._samples[0].taken_s < taken_s - 30.0:
             self._samples.popleft()
         self.failure = ""
         truth = None if self._virtual is None else self._virtual.truth

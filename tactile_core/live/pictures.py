@@ -13,12 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.live.commands import PAGE, Parts
+from tactile_core.live.commands import Parts
 from tactile_core.plugins.blame import blame_of
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.fields import Layer, Outline, Points, ScalarMap, Surface, VectorMap
 
 _COLOURS = 3
+MAP_PX = 320  # Longest side of a map as it is sent: the width of a panel of the page
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +71,10 @@ def picture(frame: Frame, channel: int | None, parts: Parts) -> dict[str, Any]:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
     else:
         pixels = pixels.mean(axis=2) if count > 1 else pixels[..., 0]
-    pixels = _shrink_values(np.ascontiguousarray(pixels), PAGE.picture_px)
+    pixels = _shrink_values(np.ascontiguousarray(pixels), 960)
     if pixels.dtype != np.uint8 or frame.full_scale != np.iinfo(np.uint8).max:
         pixels = cv2.convertScaleAbs(pixels.astype(np.float32), alpha=255 / frame.full_scale)
-    encoded = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, PAGE.jpeg_quality])[1]
+    encoded = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 80])[1]
     return {"type": "image/jpeg", **parts.picture(encoded.tobytes())}
 
 
@@ -108,7 +109,7 @@ def map_of(named: NamedLayer, parts: Parts) -> dict[str, Any]:
 
 def grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
     """Add numbers per pixel, reduced and in steps of a 65535th of their range."""
-    numbers = _shrink_values(np.ascontiguousarray(values, np.float32), PAGE.map_px)
+    numbers = _shrink_values(np.ascontiguousarray(values, np.float32), MAP_PX)
     low, high = float(numbers.min()), float(numbers.max())
     if not np.isfinite([low, high]).all():
         numbers = np.nan_to_num(numbers, posinf=0, neginf=0)
@@ -150,7 +151,7 @@ def overlays(layers: Iterable[NamedLayer], mm_per_px: float, parts: Parts) -> It
 def _arrows(layer: VectorMap, parts: Parts) -> dict[str, Any]:
     """Return x, y, dx, dy of some vectors in an (N, 4) array; pixels, then units of the map."""
     height, width = layer.values.shape[:2]
-    step = max(1, round(max(height, width) / PAGE.arrows_across))
+    step = max(1, round(max(height, width) / 24))
     rows, columns = np.mgrid[step // 2 : height : step, step // 2 : width : step]
     keep = np.ones(rows.shape, np.bool_) if layer.valid is None else layer.valid[rows, columns]
     vectors = layer.values[rows, columns]

@@ -17,7 +17,6 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from tactile_core.errors import InputError, LibraryMissing
-from tactile_core.live.commands import PAGE
 from tactile_core.live.desk import Desk
 from tactile_core.live.guiding import Gate, names_of
 from tactile_core.live.session import PageSession
@@ -81,6 +80,8 @@ def page_files() -> Mapping[str, PageFile]:
     return {**files, "": files["index.html"]}
 
 
+BROWSERS = 16  # Pages and sensors that are watched at once: four pages of four sensors
+_HANDSHAKE_S = 5.0  # Time in which a new connection must send its request
 _LIVE = "live/"  # Begins the address of a sensor's websocket, before its number
 
 _REPORT = "report/"  # Begins the address of a sensor's calibration report, before its number
@@ -209,10 +210,10 @@ class LivePage:
             self._watch,
             sock=self._socket,
             process_request=self._process,
-            max_size=PAGE.message_bytes,
+            max_size=16384,
             max_queue=16,
             compression=None,
-            open_timeout=PAGE.handshake_s,
+            open_timeout=_HANDSHAKE_S,
             close_timeout=1.0,
             server_header=None,
             logger=_QUIET,
@@ -233,7 +234,7 @@ class LivePage:
         if inside.startswith(_LIVE):
             if self._desk(inside.removeprefix(_LIVE)) is None:
                 return _answer(http.HTTPStatus.NOT_FOUND, "There is no such sensor.")
-            if self._watching >= PAGE.browsers:
+            if self._watching >= BROWSERS:
                 return _answer(
                     http.HTTPStatus.SERVICE_UNAVAILABLE,
                     "Too many pages are open; close one of them.",
@@ -262,7 +263,7 @@ class LivePage:
         request = connection.request
         inside = "" if request is None else self._gate.inside(request.path)
         desk = self._desk(inside.removeprefix(_LIVE))
-        if desk is None or self._watching >= PAGE.browsers:
+        if desk is None or self._watching >= BROWSERS:
             await connection.close(1013, "too many pages")
             return
         self._watching += 1

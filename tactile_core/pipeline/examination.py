@@ -49,16 +49,7 @@ _STAGES: tuple[tuple[str, type[DeviceError]], ...] = (
 _NOT_OPEN = "it is not open, because of the problem above"
 
 
-class EXAMINATION:
-    """How a sensor is examined."""
-
-    # [s] Time for which a live sensor is read. Source: the rate is measured over two seconds.
-    reads_s = 2.5
-    # [images] Images until one shows a change of the lights. Source: drivers of cameras buffer
-    # four.
-    settling = 6
-    # [ratio] By which lights change an image at least. Source: a tenth is the most that drifts.
-    brighter = 1.1
+_READS_S = 2.5  # Time for which a live sensor is read: the rate is measured over two seconds
 
 
 @dataclass(frozen=True)
@@ -254,13 +245,13 @@ def _examine_light(
             with blame(DRIVER, driver):
                 driver.set(shining)
             with blame(CAMERA, camera):
-                *_, last = [camera.read(timeout_s) for _ in range(EXAMINATION.settling)]
+                *_, last = [camera.read(timeout_s) for _ in range(6)]  # drivers buffer four
             means.append(0.0 if last is None else float(last.pixels.mean()))
     except TactileError as error:
         yield Check("lights shine", "problem", str(error), error.exit_code)
         return
     off, on = max(means[0], means[2]), means[1]
-    if on > EXAMINATION.brighter * off:
+    if on > 1.1 * off:  # light drifts by a tenth at most
         yield Check(
             "lights shine", "ok", f"the image has {on:.0f} counts with them, {off:.0f} without"
         )
@@ -273,7 +264,7 @@ def _examine_light(
 
 
 def _examine_readings(sensor: Sensor) -> Iterator[Check]:
-    reading, until_s = sensor.read(), monotonic() + EXAMINATION.reads_s
+    reading, until_s = sensor.read(), monotonic() + _READS_S
     while sensor.is_live and monotonic() < until_s:
         reading = sensor.read()
     height, width, channels = reading.frame.pixels.shape

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 
-from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, Settings
+from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition
 from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
-from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_check import LiveCheck
 from tactile_core.pipeline.health import Health
@@ -21,62 +19,6 @@ from tactile_core.pipeline.sensor_recordings import SensorRecordings
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Image
-
-
-class OpenDevices:
-    """The devices of a sensor, in the order in which they depend on each other.
-
-    Parameters
-    ----------
-    camera : Camera
-    driver : LightDriver or None
-    acquisition : Acquisition
-        Armed when both are open.
-    """
-
-    def __init__(
-        self, camera: Camera, driver: LightDriver | None, acquisition: Acquisition
-    ) -> None:
-        self._camera, self._driver, self._acquisition = camera, driver, acquisition
-
-    def open(self) -> None:
-        """Open the lights, then the camera; after an error, :meth:`close` them.
-
-        Raises
-        ------
-        DeviceError
-            One of them cannot be opened.
-        """
-        if self._driver is not None:
-            with blame(DRIVER, self._driver):
-                self._driver.attach(self._camera)
-                self._driver.open()
-        with blame(CAMERA, self._camera):
-            self._camera.open()
-        if self._driver is not None and self._driver.watchdog_s is None:
-            self._darken()  # a program that was killed may have left the lights on
-        self._acquisition.arm()
-
-    def close(self) -> None:
-        """Switch the lights off and close both, even if one of them fails."""
-        # not an ExitStack: it never returns if a device raises the same error object repeatedly
-        try:
-            self._darken()
-        finally:
-            try:
-                with blame(CAMERA, self._camera):
-                    self._camera.close()
-            finally:
-                if self._driver is not None:
-                    with blame(DRIVER, self._driver):
-                        self._driver.close()
-
-    def _darken(self) -> None:
-        # lights that are driven through the camera work only while the camera is open
-        if self._driver is not None and self._driver.is_open:
-            with blame(DRIVER, self._driver):
-                self._driver.set({})
-
 
 LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
 
@@ -174,46 +116,41 @@ class FrameSource:
     ----------
     camera : Camera
     driver : LightDriver or None
+    acquisition : Acquisition
     recordings : SensorRecordings
     """
 
     def __init__(self, profile: Profile, timeout_s: float, reconnect_s: float) -> None:
         self.camera, illumination, self.driver = make_devices(profile)
-        self._acquisition = Acquisition(self.camera, illumination, profile.image, self.driver)
-        self.recordings = SensorRecordings(self.camera, self._acquisition)
-        self._devices = OpenDevices(self.camera, self.driver, self._acquisition)
-        self._check = LiveCheck(self._acquisition)
-        self._reconnection = Reconnection(reconnect_s, self._devices.open, self._devices.close)
+        self.acquisition = Acquisition(self.camera, illumination, profile.image, self.driver)
+        self.recordings = SensorRecordings(self.camera, self.acquisition)
+        self._check = LiveCheck(self.acquisition)
+        self._reconnection = Reconnection(reconnect_s, self.open, self._close_devices)
         self._timeout_s = timeout_s
         self._pending: list[tuple[Frame, tuple[Image, ...]]] = []
 
-    @property
-    def exposures(self) -> int:
-        """Images of one observation."""
-        return len(self._acquisition.exposures)
-
-    @property
-    def settings(self) -> tuple[Settings, ...]:
-        """Exposure time and gain of each exposure of the latest observation, as read back."""
-        return self._acquisition.settings
-
-    @property
-    def keep_raw(self) -> bool:
-        """Whether frames keep the images as the camera sent them, in ``frame.raw``."""
-        return self._acquisition.keep_raw
-
-    @keep_raw.setter
-    def keep_raw(self, keep: bool) -> None:
-        self._acquisition.keep_raw = keep
-
     def open(self) -> None:
-        """Open the lights and the camera; after an error, :meth:`close` them."""
-        self._devices.open()
+        """Open the lights, then the camera; after an error, :meth:`close` them.
+
+        Raises
+        ------
+        DeviceError
+            One of them cannot be opened.
+        """
+        if self.driver is not None:
+            with blame(DRIVER, self.driver):
+                self.driver.attach(self.camera)
+                self.driver.open()
+        with blame(CAMERA, self.camera):
+            self.camera.open()
+        if self.driver is not None and self.driver.watchdog_s is None:
+            self._darken()  # a program that was killed may have left the lights on
+        self.acquisition.arm()
 
     def close(self) -> None:
         """Switch the lights off, close all devices, and then complete the recordings."""
         try:
-            self._devices.close()
+            self._close_devices()
         finally:
             self.recordings.close()
 
@@ -225,12 +162,10 @@ class FrameSource:
         InputError
             There is none.
         """
-        self._acquisition.keep_images = True
-        frame = self._acquisition.observe(self._timeout_s)
-        self._acquisition.keep_images = False
+        frame = self.acquisition.observe(self._timeout_s)
         if frame is None:
             raise InputError("the input has no frame to use as reference")
-        self._pending.append((frame, self._acquisition.images))
+        self._pending.append((frame, self.acquisition.images))
         return frame
 
     def next(self, pipeline: Pipeline, timeout_s: float | None = None) -> Frame | None:
@@ -247,18 +182,18 @@ class FrameSource:
             frame, images = self._pending.pop(0)
             self._reconnection.saw(frame)
             self.recordings.record_observation(frame, images, earlier=True)
-            return replace(frame, raw=images) if self.keep_raw else frame
+            return replace(frame, raw=images) if self.acquisition.keep_raw else frame
         found = self._acquire_frame(pipeline, self._timeout_s if timeout_s is None else timeout_s)
         if found is not None:
-            self.recordings.record_observation(found, self._acquisition.images)
+            self.recordings.record_observation(found, self.acquisition.images)
         return found
 
     def rewind(self) -> None:
         """Start a recording again."""
         self._pending.clear()
-        self._devices.close()
-        self._devices.open()
-        self._acquisition.restart()
+        self._close_devices()
+        self.open()
+        self.acquisition.restart()
 
     def add_warnings(self, reading: Reading) -> Reading:
         """Add the warnings about dropped observations, lost devices and failed recordings."""
@@ -268,7 +203,7 @@ class FrameSource:
 
     def _acquire_frame(self, pipeline: Pipeline, timeout_s: float) -> Frame | None:
         if not self.camera.live:
-            return self._acquisition.observe(timeout_s)
+            return self.acquisition.observe(timeout_s)
         while True:
             try:
                 frame = self._check.observe(pipeline.conditioning.verify, timeout_s)
@@ -280,6 +215,26 @@ class FrameSource:
                 if frame is not None:
                     self._reconnection.saw(frame)
                 return frame
+
+    def _close_devices(self) -> None:
+        """Switch the lights off and close both, even if one of them fails."""
+        # not an ExitStack: it never returns if a device raises the same error object repeatedly
+        try:
+            self._darken()
+        finally:
+            try:
+                with blame(CAMERA, self.camera):
+                    self.camera.close()
+            finally:
+                if self.driver is not None:
+                    with blame(DRIVER, self.driver):
+                        self.driver.close()
+
+    def _darken(self) -> None:
+        # lights that are driven through the camera work only while the camera is open
+        if self.driver is not None and self.driver.is_open:
+            with blame(DRIVER, self.driver):
+                self.driver.set({})
 
 
 class Measurement:
@@ -313,7 +268,7 @@ class Measurement:
 
     def note_reading(self, pipeline: Pipeline, reading: Reading) -> Reading:
         """Note a reading, and add the warnings that concern the devices and the markers."""
-        self._monitor.add(reading, self._source.settings, HOST.now())
+        self._monitor.add(reading, self._source.acquisition.settings, HOST.now())
         reading = self._source.add_warnings(reading)
         added = self._monitor.warnings()
         if added:

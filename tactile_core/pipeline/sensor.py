@@ -106,11 +106,11 @@ class Sensor:
     @property
     def keep_raw(self) -> bool:
         """Whether frames keep the images as the camera sent them, in ``frame.raw``."""
-        return self._source.keep_raw
+        return self._source.acquisition.keep_raw
 
     @keep_raw.setter
     def keep_raw(self, keep: bool) -> None:
-        self._source.keep_raw = keep
+        self._source.acquisition.keep_raw = keep
 
     @property
     def pipeline(self) -> Pipeline:
@@ -311,7 +311,7 @@ class Sensor:
         session = session_of(
             self.pipeline,
             sensor=self.name,
-            exposures=self._source.exposures,
+            exposures=len(self._source.acquisition.exposures),
             gel=self._gel,
             tared=self._measurement.tared,
         )

@@ -16,14 +16,6 @@ from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.recordings.running_recording import RunningRecording
 
 
-class SENSOR_RECORDING:
-    """What is recorded besides images and readings."""
-
-    # [s] Time between two records of the sensor's health. Source: the time over which health
-    # counts images.
-    health_s = 10.0
-
-
 class SensorRecordings:
     """Passes what a sensor does to its recordings.
 
@@ -57,7 +49,6 @@ class SensorRecordings:
         """Record from now on."""
         self._running = (*self._running, recording)
         self._health_at_s = float("-inf")
-        self._acquisition.keep_images = not self.streamed
         if self.streamed:
             assert isinstance(self._camera, StreamingCamera)
             tap = self._taps[recording] = partial(recording.add_image, levels=self._levels[0])
@@ -105,7 +96,7 @@ class SensorRecordings:
     def healthy(self, monitor: HealthMonitor) -> None:
         """Record the sensor's health from time to time."""
         if self._running and HOST.now() >= self._health_at_s:
-            self._health_at_s = HOST.now() + SENSOR_RECORDING.health_s
+            self._health_at_s = HOST.now() + 10.0  # s: health counts images over as long
             summary = monitor.health().summary()
             for recording in self._open():
                 recording.add_event("health", summary)
@@ -127,7 +118,6 @@ class SensorRecordings:
         for recording in [one for one in self._running if one.is_closed]:
             self._running = tuple(one for one in self._running if one is not recording)
             self._begun.discard(recording)
-            self._acquisition.keep_images = bool(self._running) and not self.streamed
             if self.streamed:
                 assert isinstance(self._camera, StreamingCamera)
                 self._camera.remove_tap(self._taps.pop(recording))

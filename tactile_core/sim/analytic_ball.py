@@ -15,12 +15,6 @@ from numpy.typing import NDArray
 from tactile_core.profiles.model import Profile
 
 
-class BALL:
-    """Shape of the gel surface around the ball."""
-
-    skirt_radii = 0.3  # [ball radii] Decay length of the indentation outside the contact
-
-
 @dataclass(frozen=True)
 class BallPress:
     """A ball pressed into the gel surface.
@@ -50,7 +44,7 @@ class BallPress:
         y = (np.arange(shape[0])[:, None] - self.centre_px[1]) * mm_per_px
         r, radius, a = np.hypot(x, y), self.diameter_mm / 2, self.contact_radius_mm
         rim = np.sqrt(radius**2 - a**2)
-        skirt_mm = BALL.skirt_radii * radius
+        skirt_mm = 0.3 * radius  # decay length of the indentation outside the contact
         edge_mm = skirt_mm * a / rim  # makes the slope continuous at the border
         inside = np.sqrt(np.maximum(radius**2 - r**2, 0)) - rim + edge_mm
         return np.asarray(

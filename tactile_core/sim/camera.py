@@ -25,21 +25,7 @@ from tactile_core.sim.script import Script
 from tactile_core.sim.stage import UnitOptions, VirtualStage
 from tactile_core.sim.truth import TrueState
 
-
-class HAND:
-    """Speeds and limits of the hand."""
-
-    # [mm/s, mm/s and degrees/s] Fastest motion along the surface, up and down, and around.
-    # Source: by hand, : calm motions of a person.
-    speed_mm_s = 6.0
-    lowering_mm_s = 1.5
-    turning_deg_s = 60.0
-    # [gel thicknesses] Deepest press. Source: the layer of elastomer is linear up to about a
-    # third.
-    deepest = 0.35
-    # [s] Longest time of one step; a slower computer moves the object more slowly. Source: three
-    # frames of a 30 Hz camera.
-    longest_s = 0.1
+_LOWERING_MM_S = 1.5  # Fastest motion up and down: calm motions of a person
 
 
 @dataclass(frozen=True)
@@ -66,7 +52,7 @@ class Aim:
 
 
 class Hand:
-    """Moves an object towards its aim, as fast as :class:`HAND` allows.
+    """Moves an object towards its aim, as calmly as a person does.
 
     ``take`` and ``aim`` may be called from any thread.
 
@@ -91,7 +77,8 @@ class Hand:
     @property
     def deepest_mm(self) -> float:
         """Deepest press."""
-        return HAND.deepest * self._surface.gel.elastomer.thickness_mm
+        # the layer of elastomer is linear up to about a third
+        return 0.35 * self._surface.gel.elastomer.thickness_mm
 
     def take(self, kind: str, options: Mapping[str, Any]) -> None:
         """Choose the object; one that is pressed is released first.
@@ -112,7 +99,7 @@ class Hand:
 
     def step(self, seconds: float) -> None:
         """Let time pass, and move towards the aim."""
-        seconds = min(seconds, HAND.longest_s)
+        seconds = min(seconds, 0.1)  # a slower computer moves the object more slowly
         with self._lock:
             goal, wanted = self._goal, self._object
         surface = self._surface
@@ -133,13 +120,13 @@ class Hand:
         kind, options = self._taken = wanted
         place = {"x_mm": goal.x_mm, "y_mm": goal.y_mm, "angle_deg": goal.angle_deg}
         self._surface.indent_with(make_indenter(kind, **options), **place)
-        depth_mm = min(goal.depth_mm, self.deepest_mm, HAND.lowering_mm_s * seconds)
+        depth_mm = min(goal.depth_mm, self.deepest_mm, _LOWERING_MM_S * seconds)
         self._surface.press(depth_mm=max(depth_mm, 1e-3), steps=1, seconds=seconds)
         self._at = Aim(**place, depth_mm=depth_mm, pressed=True)
 
     def _move(self, goal: Aim, seconds: float) -> None:
-        at, far = self._at, HAND.speed_mm_s * seconds
-        low, turn = HAND.lowering_mm_s * seconds, HAND.turning_deg_s * seconds
+        at, far = self._at, 6.0 * seconds  # mm/s along the surface
+        low, turn = _LOWERING_MM_S * seconds, 60.0 * seconds
         dx, dy = goal.x_mm - at.x_mm, goal.y_mm - at.y_mm
         share = min(1.0, far / max((dx**2 + dy**2) ** 0.5, 1e-12))
         dx, dy = share * dx, share * dy
@@ -168,45 +155,52 @@ class VirtualOptions(UnitOptions):
     loop: bool = Field(default=False, description="Restart the script when it ends.")
 
 
-class VirtualCamera(Camera):
+class StageCamera(Camera):
+    """Looks at a virtual stage, which steps through the exposure sequence itself.
+
+    Parameters
+    ----------
+    options : UnitOptions
+    profile : SensorBuild
+        The sensor to simulate.
+    """
+
+    Options: ClassVar[type[BaseModel]] = UnitOptions
+    live: ClassVar[bool] = False
+
+    def __init__(self, options: UnitOptions, profile: SensorBuild) -> None:
+        super().__init__(options)
+        self._settings, self._profile = options, profile
+
+    @classmethod
+    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
+        """Make the camera of a profile's virtual sensor."""
+        assert isinstance(options, UnitOptions)
+        return cls(options, build)
+
+    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
+        return Trigger.CAMERA
+
+
+class VirtualCamera(StageCamera):
     """Plays a script on a virtual stage and delivers its images, then None.
 
     Each read returns the next exposure of the rig's sequence, so lights and camera stay
     synchronised as long as every exposure is read. Timestamps are simulated: the same script gives
     the same readings on any machine. A step without seconds takes one frame at the nominal rate.
-
-    Parameters
-    ----------
-    options : VirtualOptions
-    profile : SensorBuild
-        The sensor to simulate.
     """
 
     Options: ClassVar[type[BaseModel]] = VirtualOptions
-    live: ClassVar[bool] = False
-
-    def __init__(self, options: VirtualOptions, profile: SensorBuild) -> None:
-        super().__init__(options)
-        self._settings, self._profile = options, profile
-        self._images: Iterator[Image] = iter(())
-
-    @classmethod
-    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a profile's virtual sensor."""
-        assert isinstance(options, VirtualOptions)
-        return cls(options, build)
+    _images: Iterator[Image] = iter(())
 
     def _open(self) -> None:
         stage = VirtualStage(self._profile, self._settings.seed, self._settings.mode)
+        assert isinstance(self._settings, VirtualOptions)
         script = Script(self._settings.script or _TOUCH)
         self._images = _played_images(stage, script, loop=self._settings.loop)
 
     def _close(self) -> None:
         self._images = iter(())
-
-    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the stage steps through the exposure sequence itself
-        return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:
         return next(self._images, None)
@@ -236,37 +230,21 @@ def _played_images(stage: VirtualStage, script: Script, *, loop: bool) -> Iterat
         stage.reset()
 
 
-class HandCamera(Camera):
+class HandCamera(StageCamera):
     """Shows a virtual sensor in real time, as far as the computer is fast enough.
 
     Each observation lets the time pass that has passed since the one before. Timestamps are those
     of the host's clock.
-
-    Parameters
-    ----------
-    options : UnitOptions
-    profile : SensorBuild
-        The sensor to simulate.
     """
 
-    Options: ClassVar[type[BaseModel]] = UnitOptions
-    live: ClassVar[bool] = False
-
     def __init__(self, options: UnitOptions, profile: SensorBuild) -> None:
-        super().__init__(options)
-        self._settings, self._profile = options, profile
+        super().__init__(options, profile)
         self._stage: VirtualStage | None = None
         self._hand: Hand | None = None
         self._left: deque[Image] = deque()
         self._stepped_s = 0.0
         self._shot = 0
         self.truth: TrueState | None = None
-
-    @classmethod
-    def for_build(cls, options: BaseModel, build: SensorBuild) -> Self:
-        """Make the camera of a profile's virtual sensor."""
-        assert isinstance(options, UnitOptions)
-        return cls(options, build)
 
     @property
     def hand(self) -> Hand:
@@ -290,10 +268,6 @@ class HandCamera(Camera):
     def _close(self) -> None:
         self._stage = self._hand = self.truth = None
         self._left.clear()
-
-    def _arm(self, exposures: tuple[Exposure, ...]) -> Trigger:
-        # the stage steps through the exposure sequence itself
-        return Trigger.CAMERA
 
     def _read(self, timeout_s: float) -> Image | None:
         if not self._left:

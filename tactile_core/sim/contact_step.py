@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.response import Response
 from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid, TimeStep
@@ -18,30 +17,7 @@ from tactile_core.sim.gel import SoftGel
 from tactile_core.sim.indenters.solids import Indenter
 from tactile_core.sim.normal_contact import Window, solve_normal
 
-
-class STEP:
-    """Parameters of a contact step. They are numerical; nothing sets them from outside."""
-
-    # [mm] Overlap at nodes that have no part of the object above them. Source: by hand, it only
-    # has to exceed any gap that a press closes.
-    out_of_reach_mm = -50.0
-    # [node spacings] A step that moves the object further needs at least ``long_move_sweeps``
-    # sweeps, because the gel surface moves before the pressure on it is known. Source: by hand,
-    # no script derives it (see ADR 21).
-    long_move_spacings = 0.3
-    # [count] Sweeps of pressure and friction after a long move. Source: by hand, no script
-    # derives it (see ADR 21).
-    long_move_sweeps = 2
-    # [share of the depth] The gel surface next to the contact may bulge towards the object by
-    # this much. Nodes with a smaller gap are included in the window. Source: by hand, a window
-    # that is too small is detected and enlarged.
-    bulge_share = 0.05
-    # [count] Passes in which nodes that slip lose their static friction and pass load to the
-    # others. Source: by hand, a pass that frees no node ends the search.
-    detachments = 8
-    # [count] Bisections of the initial depth for a given force. Source: by hand, 30 halvings
-    # exceed the precision of float32.
-    bisections = 30
+OUT_OF_REACH_MM = -50.0  # Overlap of nodes below no part of the object; it exceeds any press
 
 
 @dataclass(frozen=True)
@@ -111,7 +87,6 @@ class ContactModel:
         self._nodes = layer.grid.nodes_mm
         self._rest = gel.rest_on(layer.grid)
         self._finer: tuple[int, ElasticLayer] | None = None
-        self._soft: tuple[tuple[Elastomer, float], ElasticLayer] | None = None
 
     def finer(self, factor: int) -> ElasticLayer:
         """Return the layer on a grid of ``factor`` times as many nodes along each side."""
@@ -120,19 +95,6 @@ class ContactModel:
             fine = SurfaceGrid(factor * grid.nx, factor * grid.ny, grid.spacing_mm / factor)
             self._finer = factor, ElasticLayer(fine, self.layer.elastomer, self.layer.dtype)
         return self._finer[1]
-
-    def _pair(self, elastomer: Elastomer | None, stiffening: float) -> ElasticLayer:
-        """Gel and object together; the object's layer does not stiffen in a short step."""
-        if elastomer is None:
-            return self.layer
-        key = elastomer, stiffening
-        if self._soft is None or self._soft[0] != key:
-            layer = self.layer
-            both = ElasticLayer(
-                layer.grid, layer.elastomer, layer.dtype, against=elastomer, weight=stiffening
-            )
-            self._soft = key, both
-        return self._soft[1]
 
     def undeformed_state(self) -> SurfaceState:
         """Return the state of the undeformed gel surface."""
@@ -166,19 +128,17 @@ class ContactModel:
         time = TimeStep(self.gel.branches, move.seconds)
         before = state.displacement_mm
         residual = time.residual_displacement(before, state.stretches_mm)
-        pair = self._pair(indenter.elastomer, time.stiffening)
-        # a soft object moves too: its anchors are relative to its own undeformed surface
-        positions = self._nodes + (before[:2] if pair is layer else state.anchors_mm)
+        positions = self._nodes + before[:2]
         motion = self._object_motion(state, indenter, move, positions)
         depth = 0.0 if move.depth_mm is None else move.depth_mm
         lowered = depth - state.level_mm
         start = positions + motion * state.stick
         overlap = self._overlap(indenter, move.pose, start, lowered) - residual[2]
         problem = _StepProblem(move, time, residual, motion, lowered, overlap)
-        pressure, approach = self._first_guess(state, problem, pair)
+        pressure, approach = self._first_guess(state, problem)
         window = Window.around(_within_reach(overlap, approach) | (pressure > 0))
         while True:
-            solved = self._solve_contact(window, state, indenter, problem, pressure, pair)
+            solved = self._solve_contact(window, state, indenter, problem, pressure)
             near = _within_reach(overlap, solved.approach_mm) | (solved.pressure > 0)
             if window.contains(near) and not window.reaches_its_border(solved.pressure > 0):
                 break
@@ -188,17 +148,12 @@ class ContactModel:
             pressure = solved.pressure
         displacement = layer.displacement(solved.grip.traction, solved.pressure)
         displacement = (displacement / time.stiffening + residual).astype(dtype, copy=False)
-        relative = displacement[:2]
-        if pair is not layer:
-            both = pair.displacement(solved.grip.traction, solved.pressure)[:2]
-            relative = both / time.stiffening + residual[:2]
-        anchors = np.where(
-            solved.pressure > 0, state.anchors_mm + motion - solved.grip.slip_mm, relative
-        ).astype(dtype, copy=False)
+        carried = state.anchors_mm + motion - solved.grip.slip_mm
+        anchors = np.where(solved.pressure > 0, carried, displacement[:2])
         return SurfaceState(
             displacement,
             solved.pressure,
-            anchors,
+            anchors.astype(dtype, copy=False),
             solved.grip,
             time.advance_stretches(state.stretches_mm, displacement - before),
             state.level_mm,
@@ -214,11 +169,10 @@ class ContactModel:
         indenter: Indenter,
         problem: _StepProblem,
         pressure: Array,
-        pair: ElasticLayer,
     ) -> _StepSolution:
         """Alternate between pressure and friction, starting from this pressure."""
         layer, move, stiffening = self.layer, problem.move, problem.time.stiffening
-        near = pair.near(window.shape)
+        near = layer.near(window.shape)
         total = None if move.force_n is None else move.force_n / layer.grid.cell_mm2
         nodes, motion, residual = (
             window.view_of(a) for a in (self._nodes, problem.motion, problem.residual_mm)
@@ -228,9 +182,10 @@ class ContactModel:
         grip = Grip(window.view_of(state.grip.traction), window.view_of(state.grip.slip_mm))
         slips = window.view_of(state.contact & ~state.stick)
         longest_mm = np.abs(motion * (pressure > 0)).max()
-        far = longest_mm > STEP.long_move_spacings * layer.grid.spacing_mm
+        # the gel surface moves before the pressure on it is known (ADR 21)
+        far = longest_mm > 0.3 * layer.grid.spacing_mm
         iterations = np.zeros(2, int)
-        sweeps = max(self.precision.sweeps, STEP.long_move_sweeps if far else 1)
+        sweeps = max(self.precision.sweeps, 2 if far else 1)
         for sweep in range(sweeps):
             normal = solve_normal(
                 near.indentation,
@@ -277,7 +232,7 @@ class ContactModel:
             free_slip_mm = gel.friction_speed_mm_s * time.seconds
         kinetic = gel.friction if gel.kinetic_friction is None else gel.kinetic_friction
         grip = start
-        for _ in range(1 + STEP.detachments):
+        for _ in range(9):  # nodes that slip lose static friction and pass load to the others
             grip = solve_friction(
                 near,
                 wanted_mm,
@@ -307,21 +262,19 @@ class ContactModel:
         rest = self._rest if window is None else window.view_of(self._rest)
         overlap = rest - indenter.gap_mm(*pose.to_object_frame(*now_mm))
         overlap += lowered_mm
-        return np.asarray(np.maximum(overlap, STEP.out_of_reach_mm), self.layer.dtype)
+        return np.asarray(np.maximum(overlap, OUT_OF_REACH_MM), self.layer.dtype)
 
-    def _first_guess(
-        self, state: SurfaceState, problem: _StepProblem, pair: ElasticLayer
-    ) -> tuple[Array, float]:
+    def _first_guess(self, state: SurfaceState, problem: _StepProblem) -> tuple[Array, float]:
         """Initial pressure, and the depth by which the object must probably be lowered."""
         if problem.move.force_n is None:
             return state.pressure_mpa, 0.0
         if state.pressure_mpa.any():
             return state.pressure_mpa, state.depth_mm
         # a Winkler foundation with the layer's largest compliance: the real contact is smaller
-        springs = pair.softest / problem.time.stiffening
+        springs = self.layer.softest / problem.time.stiffening
         volume = springs * problem.move.force_n / self.layer.grid.cell_mm2
         low, high = 0.0, volume - float(problem.overlap_mm.max())
-        for _ in range(STEP.bisections):
+        for _ in range(30):  # beyond the precision of float32
             middle = (low + high) / 2
             enough = np.maximum(problem.overlap_mm + middle, 0).sum(dtype=float) > volume
             low, high = (low, middle) if enough else (middle, high)
@@ -364,5 +317,6 @@ class ContactModel:
 def _within_reach(overlap_mm: Array, approach_mm: float) -> NDArray[np.bool_]:
     """Nodes that may come into contact; at least the nearest one."""
     deepest = float(overlap_mm.max()) + approach_mm
-    least = -STEP.bulge_share * deepest if deepest > 0 else deepest
+    # the gel surface bulges beside the contact; a window that is too small is enlarged
+    least = -0.05 * deepest if deepest > 0 else deepest
     return np.asarray(overlap_mm >= least - approach_mm)

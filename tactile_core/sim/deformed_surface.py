@@ -121,6 +121,4 @@ class DeformedSurface:
         """The object's own surface; None without contact, or if the object is deformed too."""
         if not self._on or self._indenter is None or not self._state.contact.any():
             return None
-        if self._indenter.elastomer is not None:
-            return None
         return BallImprint(self._indenter, self._model.gel, self.grid, self._state, self.mm_per_px)

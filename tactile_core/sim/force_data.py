@@ -46,26 +46,12 @@ UNSEEN_OBJECTS = _objects((25,), (22,), (11,))
 CELL_PX = 8  # Side of a cell of the grid of loads, in pixels of the samples: the network's features
 
 
-class FORCE_DATA:
-    """Ranges of the presses; each value is uniform in its range unless stated."""
-
-    # [N] Largest normal force; small forces are drawn more often. Source: the range of the
-    # review's Figure 15.
-    largest_n = 20.0
-    # [share of the gel's thickness] Deepest indentation; a press that would go deeper is drawn
-    # again. Source: by hand, : a linear elastic layer describes the gel up to about half.
-    deepest = 0.55
-    # [share of the view] Largest distance of an object's centre from the image centre, per axis.
-    # Source: by hand, so that a part of the contacts is truncated by the image border.
-    reach = 0.36
-    moves = 5  # [count] Increments of shear and twist after each press; each gives one frame
-    # [mm] Largest shear motion of the object over all increments: it slips fully at small forces
-    # and sticks at large ones. Source: a contact slips fully at about a quarter of the gel's
-    # thickness.
-    travel_mm = 1.2
-    # [degrees] Largest twist over all increments, in two of three presses. Source: by hand, : the
-    # rim of a contact slips.
-    twist_deg = 12.0
+LARGEST_N = 20.0  # Normal force: the range of the review's Figure 15
+# [mm] Largest shear of the object after a press, about a quarter of the gel's thickness: it slips
+# fully at small forces and sticks at large ones
+TRAVEL_MM = 1.2
+TWIST_DEG = 12.0  # Largest twist after two of three presses: the rim of a contact slips
+_MOVES = 5  # [count] Increments of shear and twist after each press; each gives one frame
 
 
 class ForceSample(NamedTuple):
@@ -156,9 +142,10 @@ class ForceUnit:
                     return
 
     def _sequence(self, pressed: ForceObject) -> Iterator[ForceSample]:
-        rng, ranges, stage = self._rng, FORCE_DATA, self.stage
+        rng, stage = self._rng, self.stage
         stage.reset()
-        x_mm, y_mm = rng.uniform(-ranges.reach, ranges.reach, 2) * self._view_mm
+        # so far from the centre that the border truncates a part of the contacts
+        x_mm, y_mm = rng.uniform(-0.36, 0.36, 2) * self._view_mm
         stage.indenter(
             pressed.kind,
             x_mm=float(x_mm),
@@ -170,9 +157,9 @@ class ForceUnit:
             return
         yield self._sample(pressed)
         way = rng.uniform(0, 2 * np.pi)
-        step_mm = ranges.travel_mm * rng.uniform(0, 1) / ranges.moves
-        turn = rng.uniform(-1, 1) * ranges.twist_deg / ranges.moves * (rng.random() < 2 / 3)
-        for _ in range(ranges.moves):
+        step_mm = TRAVEL_MM * rng.uniform(0, 1) / _MOVES
+        turn = rng.uniform(-1, 1) * TWIST_DEG / _MOVES * (rng.random() < 2 / 3)
+        for _ in range(_MOVES):
             way += rng.normal(0, 0.4)
             far_mm = step_mm * rng.uniform(0.3, 1.7)
             stage.move(
@@ -185,7 +172,7 @@ class ForceUnit:
             yield self._sample(pressed)
 
     def _force_n(self) -> float:
-        return float(0.05 + FORCE_DATA.largest_n * self._rng.random() ** 1.5)
+        return float(0.05 + LARGEST_N * self._rng.random() ** 1.5)
 
     def _load(self, force_n: float) -> bool:
         """Press with this force; return False if the object would go too deep."""
@@ -193,7 +180,8 @@ class ForceUnit:
             self.stage.press(force_n=force_n, steps=2)
         except InputError:
             return False
-        return self.stage.depth_mm <= FORCE_DATA.deepest * self._thickness_mm
+        # a linear elastic layer describes the gel up to about half of it
+        return self.stage.depth_mm <= 0.55 * self._thickness_mm
 
     def _sample(self, pressed: ForceObject) -> ForceSample:
         stage = self.stage

@@ -23,22 +23,9 @@ from tactile_core.sim.indenters.solids import Indenter
 NO_GEL_MM = -1e3  # Level of the rest surface outside the gel: nothing reaches it
 
 
-class SOFT_GEL:
-    """Parameters of the gel model that no profile key sets, apart from the friction coefficient."""
-
-    # [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted
-    # silicone on smooth objects.
-    friction = 0.5
-    # [gel thicknesses] Margin around the field of view of a gel without ``gel.size_mm``.
-    # Displacements decay in it before the periodic images interact.
-    margin_thicknesses = 2.0
-    # [gel thicknesses] Smallest gap between the periodic images of a gel of known size. A wider
-    # gap would act as extra elastomer and stiffen the edges. Source: chosen so that the force of
-    # a flat plate is linear within 0.2 % (ADR 21).
-    gap_thicknesses = 0.2
-    # [exponent] The crown lowers the edges with this power of the distance from the middle.
-    # Source: by hand, so that the rows of ``tests/sim/test_papers.py`` come out (ADR 21).
-    crown_exponent = 4
+# [ratio] Coulomb coefficient of a profile without ``gel.friction``: roughly that of painted
+# silicone on smooth objects
+FRICTION = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,7 +54,7 @@ class SoftGel:
 
     elastomer: Elastomer
     branches: tuple[Branch, ...] = ()
-    friction: float = SOFT_GEL.friction
+    friction: float = FRICTION
     friction_speed_mm_s: float | None = None
     radius_mm: float | None = None
     size_mm: tuple[float, float] | None = None
@@ -84,7 +71,7 @@ class SoftGel:
                 gel.poisson_ratio or POISSON_RATIO,
             ),
             tuple(Branch(part.modulus_share, part.time_s) for part in gel.prony or ()),
-            SOFT_GEL.friction if gel.friction is None else gel.friction,
+            FRICTION if gel.friction is None else gel.friction,
             gel.friction_speed_mm_s,
             gel.radius_mm,
             gel.size_mm,
@@ -110,9 +97,9 @@ class SoftGel:
         """
         thickness = self.elastomer.thickness_mm
         if self.size_mm is None:
-            margin = 2 * SOFT_GEL.margin_thicknesses * thickness
+            margin = 4 * thickness  # displacements decay in 2 thicknesses on each side
             return view_mm[0] + margin, view_mm[1] + margin
-        gap = SOFT_GEL.gap_thicknesses * thickness
+        gap = 0.2 * thickness  # a wider one acts as elastomer and stiffens the edges (ADR 21)
         return max(view_mm[0], self.size_mm[0] + gap), max(view_mm[1], self.size_mm[1] + gap)
 
     @property
@@ -135,8 +122,7 @@ class SoftGel:
                 for along, side in zip((x_mm, y_mm), self.size_mm, strict=True)
             )
             if self.crown_mm:
-                power = SOFT_GEL.crown_exponent / 2
-                rest -= self.crown_mm * (u**power + v**power)
+                rest -= self.crown_mm * (u**2 + v**2)  # fourth power of the distance (ADR 21)
             beyond = np.maximum(u, v) > 1
             if beyond.any():
                 rest[beyond] = NO_GEL_MM

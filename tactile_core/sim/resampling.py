@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -32,7 +31,6 @@ _LEAST_INFLUENCE = 7e-9
 
 # Whether OpenCV reads at any position; older versions round positions to 1/32 of a node.
 _READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
-_CHANNELS = 4  # Channels of an image that OpenCV reads fastest
 
 
 class ImageSampler:
@@ -114,17 +112,8 @@ class ImageSampler:
             On the undeformed surface.
         """
         first = np.array([self.grid.x_mm[0], self.grid.y_mm[0]])
-        last = np.array(self.grid.shape[::-1]) - 1
-        places = np.clip((points_mm - first) / self.grid.spacing_mm, 0, last)
-        corner = np.minimum(places.astype(np.intp), last - 1)
-        x, y = (places - corner).T
-        wx, wy = np.stack(_weights(x), 1), np.stack(_weights(y), 1)
-        nodes = self._coefficients(displacement_mm)[:2].reshape(2, -1)
-        width = self.grid.nx + 2
-        sixteen = (np.arange(4)[:, None] * width + np.arange(4)).reshape(-1)
-        near = nodes.take(corner[:, 1:] * width + corner[:, :1] + sixteen, axis=1)
-        weights = (wy[:, :, None] * wx[:, None]).reshape(-1, 16)
-        return np.ascontiguousarray((near * weights).sum(-1).T)
+        column, row = ((points_mm - first) / self.grid.spacing_mm).astype(np.float32).T
+        return np.asarray(_cubic(self._coefficients(displacement_mm)[:2], row, column).T, float)
 
     def at_present(self, displacement_mm: Array, origins: Float32) -> Float32:
         """(3, my, mx) current displacement at the needed nodes, along x, y and z.
@@ -141,22 +130,12 @@ class ImageSampler:
     def values(self, field: Array) -> Float32:
         """(H, W) values at the pixels, of a cubic spline through the needed nodes (my, mx)."""
         rows, columns = self._splines
-        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
-        return _between(rows.values, known, columns.values)
-
-    def slopes(self, field: Array) -> Float32:
-        """(H, W, 2) derivatives of :meth:`values` along x and y, per mm."""
-        rows, columns = self._splines
-        known = rows.solution.times(columns.solution.along(np.asarray(field, np.float32)))
-        along = np.empty((2, *self.shape), np.float32)  # contiguous planes are faster to process
-        along[0] = _between(rows.values, known, columns.slopes)
-        along[1] = _between(rows.slopes, known, columns.values)
-        return np.moveaxis(along, 0, 2)
+        return rows.times(columns.along(np.asarray(field, np.float32)))
 
     @cached_property
-    def _splines(self) -> tuple[_BSplines, _BSplines]:
-        rows, columns = self._along
-        return _BSplines.from_nodes(*rows), _BSplines.from_nodes(*columns)
+    def _splines(self) -> tuple[BandedMatrix, BandedMatrix]:
+        rows, columns = (BandedMatrix.from_matrix(spline_matrix(*side)) for side in self._along)
+        return rows, columns
 
     @cached_property
     def _solutions(self) -> tuple[BandedMatrix, BandedMatrix]:
@@ -177,36 +156,6 @@ class ImageSampler:
         return np.asarray(cv2.remap(nodes.astype(np.float32), column, row, cv2.INTER_LINEAR) > 0.5)
 
 
-class _BSplines(NamedTuple):
-    """Cubic spline through values at nodes, as a sum of uniform cubic B-splines, one per node.
-
-    Attributes
-    ----------
-    solution : BandedMatrix
-        From n values at the nodes to n + 2 coefficients.
-    values, slopes : BandedMatrix
-        From coefficients to the values at N target positions, and to their derivatives.
-    """
-
-    solution: BandedMatrix
-    values: BandedMatrix
-    slopes: BandedMatrix
-
-    @classmethod
-    def from_nodes(cls, nodes: Array, targets: Array) -> _BSplines:
-        from scipy.interpolate import BSpline
-
-        count, spacing = len(nodes), nodes[1] - nodes[0]
-        position, knots = (targets - nodes[0]) / spacing, np.arange(-3.0, count + 3)
-        values = BSpline.design_matrix(position, knots, 3, extrapolate=True)
-        slopes = BSpline(knots, np.eye(count + 2), 3).derivative()(position) / spacing
-        return cls(
-            BandedMatrix.from_matrix(_solution(count)),
-            BandedMatrix.from_matrix(values.toarray()),
-            BandedMatrix.from_matrix(slopes),
-        )
-
-
 def _solution(count: int) -> Float32:
     """(n + 2, n) matrix from values at n nodes to the coefficients of uniform cubic B-splines."""
     from scipy.interpolate import make_interp_spline
@@ -224,11 +173,6 @@ def _weights(t: Array) -> tuple[Array, Array, Array, Array]:
     s = 1 - t
     inner = [(4 + x * x * (3 * x - 6)) / 6 for x in (t, s)]
     return s * s * s / 6, inner[0], inner[1], t * t * t / 6
-
-
-def _between(rows: BandedMatrix, known: Float32, columns: BandedMatrix) -> Float32:
-    """Product of a matrix for the rows, coefficients, and a matrix for the columns."""
-    return rows.times(columns.along(known))
 
 
 def _cells(places: Float32, size: int) -> tuple[NDArray[np.intp], Float32]:
@@ -269,8 +213,6 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
     """Cubic splines of coefficients (k, ny + 2, nx + 2) at places in nodes, constant beyond."""
     count, rows, columns = coefficients.shape
     (i, b), (j, a) = _cells(row, rows - 2), _cells(column, columns - 2)
-    if _READS_BETWEEN and count <= _CHANNELS:
-        return _cubic_by_linear(coefficients, (i, b), (j, a))
     place, nodes = i * columns + j, coefficients.reshape(count, -1)
     total = np.zeros((count, *row.shape), np.float32)
     across = _weights(a)
@@ -278,29 +220,6 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
         for k, w in enumerate(across):
             total += (weight * w) * nodes.take(place + (down * columns + k), 1)
     return total
-
-
-def _cubic_by_linear(
-    coefficients: Float32,
-    rows: tuple[NDArray[np.intp], Float32],
-    columns: tuple[NDArray[np.intp], Float32],
-) -> Float32:
-    """Cubic splines in cells (index, fraction), as four weighted linear interpolations."""
-    count = len(coefficients)
-    nodes = cv2.merge([*coefficients, *coefficients[:1].repeat(_CHANNELS - count, 0)])
-    # two adjacent coefficients of positive weights: their sum times a value between them
-    halves = []
-    for first, fraction in (rows, columns):
-        a, b, c, d = _weights(fraction)
-        before, after, start = a + b, c + d, first.astype(np.float32)
-        halves.append(((before, start + b / before), (after, start + 2 + d / after)))
-    total = np.zeros((*rows[1].shape, _CHANNELS), np.float32)
-    for down, y in halves[0]:
-        for across, x in halves[1]:
-            value = np.asarray(cv2.remap(nodes, x, y, cv2.INTER_LINEAR))
-            value *= cv2.merge([down * across] * _CHANNELS)
-            total += value
-    return np.stack(cv2.split(total)[:count])
 
 
 def _find_needed_nodes(nodes: Array, targets: Array) -> slice:
@@ -314,5 +233,5 @@ def spline_matrix(nodes: Array, targets: Array) -> Float32:
     """Matrix from values at the nodes to those of a cubic spline at the targets."""
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(nodes, np.eye(len(nodes)), k=3)
-    return np.asarray(spline(targets), np.float32)
+    matrix = make_interp_spline(nodes, np.eye(len(nodes)), k=3)(targets)
+    return np.where(abs(matrix) < _LEAST_INFLUENCE, 0, matrix).astype(np.float32)

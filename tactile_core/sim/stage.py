@@ -16,7 +16,7 @@ from tactile_core.interfaces.gel import Gel, Markers, Optics
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
-from tactile_core.sim.gel import SOFT_GEL
+from tactile_core.sim.gel import FRICTION
 from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
@@ -118,7 +118,7 @@ class VirtualStage(GelSurface):
         truth = self.truth()
         markers_px = truth.markers_px if len(truth.markers_px) else None
         pixels = self._optics.expose(
-            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot, finite=True
+            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot
         )
         channels = self._optics.channels
         sequential = self._shots > 1
@@ -164,49 +164,6 @@ class VirtualStage(GelSurface):
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-class UNIT:
-    """Largest deviations of a unit from its design; each is uniform and independent.
-
-    Ratios are relative to the design's value.
-    """
-
-    # [degrees] Direction of each light. Source: geometry: an LED board that is 1 mm out of place
-    # at 12 mm from the gel.
-    azimuth_deg = 5.0
-    elevation_deg = 4.0
-    # [ratio] Distance and brightness of each light. Source: geometry as above; the intensity bins
-    # of LEDs are 20 to 30 % wide.
-    distance = 0.08
-    brightness = 0.15
-    white_balance = 0.1  # [ratio] Gain of each colour: cameras do not balance every unit alike
-    # [ratio] Ambient light, contrast of the coating's grain, and reflectance of the ink. Source:
-    # by hand, : hand-made coatings vary by half.
-    ambient = 0.5
-    grain = 0.5
-    ink = 0.5
-    specular = 0.1  # [share] Specular share of the coating
-    roughness = 0.2  # [ratio] Roughness of the coating
-    # [ratio] Gel thickness, shear modulus, and friction. Source: casting tolerance of 0.1 mm in 2
-    # mm; 5 points of Shore hardness are about 20 % of the modulus; friction changes with dust and
-    # wear.
-    thickness = 0.05
-    modulus = 0.2
-    friction = 0.2
-    # [mm and degrees] Position and rotation of the printed grid. Source: by hand, : gels are
-    # mounted by hand.
-    marker_shift_mm = 0.5
-    marker_angle_deg = 2.0
-    # [ratio] Marker diameter, and standard deviation of a marker's position in diameters.
-    marker_size = 0.1
-    marker_jitter = 0.05
-    # [ratio] Brightness of the undeformed surface, noise of the camera, light lost in the
-    # corners, and leak between colours.
-    exposure = 0.15
-    noise = 0.3
-    vignetting = 0.5
-    crosstalk = 0.3
-
-
 def vary(profile: Profile, seed: int) -> Profile:
     """Return another unit of the same design.
 
@@ -236,7 +193,7 @@ def vary(profile: Profile, seed: int) -> Profile:
 
 
 class _Draw:
-    """Random deviations; ``factor`` is about 1 and ``offset`` about 0."""
+    """Random deviations, uniform up to ``most``; ``factor`` is about 1 and ``offset`` about 0."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -255,13 +212,12 @@ def _lighting(lighting: Lighting, draw: _Draw) -> Lighting:
     lights = lighting.options.get("lights")
     if not lights:
         return lighting
+    # degrees: an LED board is 1 mm out of place at 12 mm from the gel
     moved = [
         light
         | {
-            "azimuth_deg": light["azimuth_deg"] + draw.offset(UNIT.azimuth_deg),
-            "elevation_deg": float(
-                np.clip(light["elevation_deg"] + draw.offset(UNIT.elevation_deg), 1, 90)
-            ),
+            "azimuth_deg": light["azimuth_deg"] + draw.offset(5.0),
+            "elevation_deg": float(np.clip(light["elevation_deg"] + draw.offset(4.0), 1, 90)),
         }
         for light in lights
     ]
@@ -274,36 +230,32 @@ def _optics(profile: Profile, draw: _Draw) -> Optics:
     coating = Coating.from_profile(profile)
     new: dict[str, Any] = {
         "lights": {
-            "spread": float(np.hypot(lights.spread, UNIT.brightness)),
-            "distance_mm": lights.distance_mm and lights.distance_mm * draw.factor(UNIT.distance),
+            "spread": float(np.hypot(lights.spread, 0.15)),  # bins of LEDs are 20 to 30 % wide
+            "distance_mm": lights.distance_mm and lights.distance_mm * draw.factor(0.08),
         },
-        "ambient": draw.share(optics.ambient, UNIT.ambient),
-        "coat": {
-            "specular": float(np.clip(coating.specular + draw.offset(UNIT.specular), 0, 1)),
-            "roughness": coating.roughness * draw.factor(UNIT.roughness),
-            "grain": coat.grain * draw.factor(UNIT.grain),
-            "ink": draw.share(coat.ink, UNIT.ink),
+        "ambient": draw.share(optics.ambient, 0.5),
+        "coat": {  # coatings made by hand vary by half
+            "specular": float(np.clip(coating.specular + draw.offset(0.1), 0, 1)),
+            "roughness": coating.roughness * draw.factor(0.2),
+            "grain": coat.grain * draw.factor(0.5),
+            "ink": draw.share(coat.ink, 0.5),
         },
         "sensor": {
-            "exposure": draw.share(sensor.exposure, UNIT.exposure, 0.95),
-            "white_balance": tuple(
-                gain * draw.factor(UNIT.white_balance) for gain in sensor.white_balance
-            ),
-            "full_well_e": sensor.full_well_e * draw.factor(UNIT.noise),
-            "read_noise_e": sensor.read_noise_e * draw.factor(UNIT.noise),
-            "vignetting": draw.share(sensor.vignetting, UNIT.vignetting),
-            "crosstalk": draw.share(sensor.crosstalk, UNIT.crosstalk, 0.5),
+            "exposure": draw.share(sensor.exposure, 0.15, 0.95),
+            "white_balance": tuple(gain * draw.factor(0.1) for gain in sensor.white_balance),
+            "full_well_e": sensor.full_well_e * draw.factor(0.3),
+            "read_noise_e": sensor.read_noise_e * draw.factor(0.3),
+            "vignetting": draw.share(sensor.vignetting, 0.5),
+            "crosstalk": draw.share(sensor.crosstalk, 0.3, 0.5),
         },
     }
     markers = profile.gel.markers
-    if isinstance(markers, Markers):
-        shift = optics.markers.shift_mm
+    if isinstance(markers, Markers):  # gels are mounted by hand
+        jitter_mm = 0.05 * markers.diameter_mm
         new["markers"] = {
-            "shift_mm": tuple(mm + draw.offset(UNIT.marker_shift_mm) for mm in shift),
-            "angle_deg": optics.markers.angle_deg + draw.offset(UNIT.marker_angle_deg),
-            "jitter_mm": float(
-                np.hypot(optics.markers.jitter_mm, UNIT.marker_jitter * markers.diameter_mm)
-            ),
+            "shift_mm": tuple(mm + draw.offset(0.5) for mm in optics.markers.shift_mm),
+            "angle_deg": optics.markers.angle_deg + draw.offset(2.0),
+            "jitter_mm": float(np.hypot(optics.markers.jitter_mm, jitter_mm)),
         }
     return _replace_values(optics, new)
 
@@ -311,15 +263,15 @@ def _optics(profile: Profile, draw: _Draw) -> Optics:
 def _gel(gel: Gel, draw: _Draw) -> Gel:
     new: dict[str, Any] = {}
     if gel.thickness_mm is not None:
-        new["thickness_mm"] = gel.thickness_mm * draw.factor(UNIT.thickness)
+        new["thickness_mm"] = gel.thickness_mm * draw.factor(0.05)  # 0.1 mm in 2 mm, as cast
     if gel.shear_modulus_mpa is not None:
-        new["shear_modulus_mpa"] = gel.shear_modulus_mpa * draw.factor(UNIT.modulus)
-    slippery = draw.factor(UNIT.friction)
-    new["friction"] = slippery * (SOFT_GEL.friction if gel.friction is None else gel.friction)
+        new["shear_modulus_mpa"] = gel.shear_modulus_mpa * draw.factor(0.2)  # 5 points of Shore
+    slippery = draw.factor(0.2)  # dust and wear
+    new["friction"] = slippery * (FRICTION if gel.friction is None else gel.friction)
     if gel.kinetic_friction is not None:
         new["kinetic_friction"] = slippery * gel.kinetic_friction
     if isinstance(gel.markers, Markers):
-        size_mm = gel.markers.diameter_mm * draw.factor(UNIT.marker_size)
+        size_mm = gel.markers.diameter_mm * draw.factor(0.1)
         new["markers"] = {"diameter_mm": min(size_mm, 0.9 * gel.markers.pitch_mm)}
     return _replace_values(gel, new)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.sim.contact_state import Pose, SurfaceState
-from tactile_core.sim.contact_step import STEP, ContactModel
+from tactile_core.sim.contact_step import OUT_OF_REACH_MM, ContactModel
 from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
@@ -91,7 +91,7 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
     x, y = np.broadcast_arrays(x, y[:, None])
     overlap = model.gel.rest_mm(x, y) - gap + (state.depth_mm - state.level_mm)
     # below any gap that counts, and small enough for single precision
-    overlap = np.maximum(overlap, STEP.out_of_reach_mm) - (height - pressed)
+    overlap = np.maximum(overlap, OUT_OF_REACH_MM) - (height - pressed)
     solved = solve_normal(
         model.finer(factor).near(x.shape).indentation,
         overlap.astype(model.layer.dtype),
@@ -156,21 +156,8 @@ class TrueState:
     @cached_property
     def gradients(self) -> Float32:
         """(H, W, 2) ∂z/∂x and ∂z/∂y of the height."""
-        slopes = self._sampler.slopes(self._now[2])
-        if self._imprint is not None:
-            rows, columns = self._imprint.window(self._sampler.shape)
-            # one pixel more, where there is one, for central differences at the window's border
-            above, left = min(rows.start, 1), min(columns.start, 1)
-            wide = self.height_mm[
-                rows.start - above : rows.stop + 1, columns.start - left : columns.stop + 1
-            ]
-            if min(wide.shape) > 1:
-                down, right = np.gradient(wide, self.mm_per_px)
-                inside = np.stack([right, down], -1)[above:, left:]
-                slopes[rows, columns] = inside[
-                    : rows.stop - rows.start, : columns.stop - columns.start
-                ]
-        return slopes
+        down, right = np.gradient(self.height_mm, self.mm_per_px, edge_order=2)
+        return np.stack([right, down], -1)
 
     @cached_property
     def displacement_mm(self) -> Float32:

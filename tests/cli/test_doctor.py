@@ -29,13 +29,13 @@ from tactile_core.pipeline import examination
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
 
-READS_S = examination.EXAMINATION.reads_s
+READS_S = examination._READS_S
 
 
 @pytest.fixture(autouse=True)
 def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serial_link, "_HELLO_S", 0.5)
-    monkeypatch.setattr(examination.EXAMINATION, "reads_s", 0.3)
+    monkeypatch.setattr(examination, "_READS_S", 0.3)
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def verdicts(checks: dict[str, tuple[str, str]], part: str) -> dict[str, str]:
 def test_a_stream_that_works_is_read_and_judged(
     tmp_path: Path, url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(examination.EXAMINATION, "reads_s", READS_S)
+    monkeypatch.setattr(examination, "_READS_S", READS_S)
     code, checks = examined(profile(tmp_path, stream(url)))
     assert code == 0
     assert set(verdicts(checks, "camera ").values()) == {"ok"}

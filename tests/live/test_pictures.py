@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from support.watching import Message
 
 from tactile_core.live import pictures
-from tactile_core.live.commands import PAGE, Parts
+from tactile_core.live.commands import Parts
 from tactile_core.quantities import (
     ContactMask,
     ContactStress,
@@ -119,7 +119,7 @@ def test_a_large_map_is_reduced_and_keeps_its_range() -> None:
     parts = Parts()
     described = pictures.map_of(pictures.NamedLayer("k", ScalarMap(values, "N", "force")), parts)
     found = Message(parts.message({})).map(described)
-    assert max(found.shape) == PAGE.map_px
+    assert max(found.shape) == pictures.MAP_PX
     assert (described["low"], described["high"], described["unit"]) == (0.0, 2.5, "N")
     assert found.max() == 2.5
 

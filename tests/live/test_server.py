@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from tactile_core.errors import InputError
-from tactile_core.live.commands import PAGE
+from tactile_core.live import server
 from tactile_core.live.desk import Desk
 from tactile_core.live.server import LivePage
 from tactile_core.quantities import HeightMap
@@ -253,7 +253,7 @@ def test_a_request_without_end_is_dropped(page: LivePage, desk: Desk) -> None:
 def test_a_connection_that_says_nothing_is_closed(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(PAGE, "handshake_s", 0.2)
+    monkeypatch.setattr(server, "_HANDSHAKE_S", 0.2)
     with (
         LivePage([desk], TOKEN) as page,
         socket.create_connection(("127.0.0.1", page.port), timeout=10) as raw,
@@ -272,14 +272,14 @@ def test_two_hundred_connections_leave_room_for_the_user(page: LivePage, desk: D
 
 def test_more_pages_than_allowed_are_told_so(page: LivePage, desk: Desk) -> None:
     with ExitStack() as stack:
-        for _ in range(PAGE.browsers):
+        for _ in range(server.BROWSERS):
             stack.enter_context(watching(page.address))
         refused = 0
-        for _ in range(200 - PAGE.browsers):
+        for _ in range(200 - server.BROWSERS):
             with pytest.raises(InvalidStatus) as error:
                 connect(page.address.replace("http", "ws") + "live/0")
             refused += error.value.response.status_code == 503
-        assert refused == 200 - PAGE.browsers
+        assert refused == 200 - server.BROWSERS
         measures_on(desk)
     until(lambda: not _is_full(page))
 

@@ -11,7 +11,7 @@ from support.virtual_lab import VirtualLab
 from tactile_core.errors import InputError
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.camera import HAND, Aim, Hand, HandCamera
+from tactile_core.sim.camera import Aim, Hand, HandCamera
 from tactile_core.sim.gel_surface import GelSurface
 
 
@@ -30,7 +30,7 @@ def test_it_lowers_the_object_at_its_own_speed_and_lets_it_go(surface: GelSurfac
         hand.step(0.1)
         depths.append(surface.depth_mm)
     steps = np.diff([0.0, *depths])
-    assert (steps <= HAND.lowering_mm_s * 0.1 + 1e-6).all()
+    assert (steps <= 1.5 * 0.1 + 1e-6).all()
     assert depths[-1] == pytest.approx(0.3)
     hand.aim(Aim(pressed=False))
     hand.step(0.1)

@@ -8,7 +8,7 @@ import pytest
 from tactile_core import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.sim import VirtualStage
-from tactile_core.sim.stage import UNIT, vary
+from tactile_core.sim.stage import vary
 
 DESIGN = load_profile("hex_fingertip", sim=True)
 
@@ -33,10 +33,10 @@ def test_deviations_are_bounded_and_centred_on_the_design() -> None:
         [[light["azimuth_deg"] for light in unit.illumination.options["lights"]] for unit in units]
     )
     off = azimuths - np.array([90, 210, 330])
-    assert np.abs(off).max() <= UNIT.azimuth_deg
-    assert abs(off.mean()) < 4 * UNIT.azimuth_deg / np.sqrt(3 * off.size)
+    assert np.abs(off).max() <= 5.0
+    assert abs(off.mean()) < 4 * 5.0 / np.sqrt(3 * off.size)
     moduli = np.array([unit.gel.shear_modulus_mpa for unit in units], float) / 0.145
-    assert 1 - UNIT.modulus <= moduli.min() < 0.9 < 1.1 < moduli.max() <= 1 + UNIT.modulus
+    assert 1 - 0.2 <= moduli.min() < 0.9 < 1.1 < moduli.max() <= 1 + 0.2
 
 
 def test_units_have_other_colours_and_moved_markers() -> None:

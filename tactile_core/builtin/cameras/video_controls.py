@@ -6,7 +6,6 @@ import errno
 import os
 import struct
 from dataclasses import dataclass
-from typing import Protocol
 
 from tactile_core.builtin.usb_bus import permission_advice
 from tactile_core.errors import DeviceError, DeviceForbidden
@@ -48,25 +47,6 @@ class ControlRange:
     lowest: int
     highest: int
     step: int
-
-
-class Controls(Protocol):
-    """Access to a camera's controls by id."""
-
-    def range_of(self, control: int) -> ControlRange | None:
-        """Return the values that a control takes; None if the camera lacks it."""
-
-    def get(self, control: int) -> int:
-        """Return the value of a control."""
-
-    def set(self, control: int, value: int) -> None:
-        """Set a control; the camera may choose another value.
-
-        Raises
-        ------
-        OSError
-            The camera refuses.
-        """
 
 
 class DeviceControls:
@@ -128,7 +108,7 @@ class LockedSettings:
 
 
 def lock(
-    controls: Controls,
+    controls: DeviceControls,
     name: str,
     *,
     exposure_time_s: float | None = None,
@@ -142,7 +122,7 @@ def lock(
 
     Parameters
     ----------
-    controls : Controls
+    controls : DeviceControls
     name : str
         Of the camera, in messages.
 
@@ -168,12 +148,12 @@ def lock(
     )
 
 
-def set_named(controls: Controls, camera: str, name: str, value: int) -> int:
+def set_named(controls: DeviceControls, camera: str, name: str, value: int) -> int:
     """Set a control by its name, and return its value as the camera reports it.
 
     Parameters
     ----------
-    controls : Controls
+    controls : DeviceControls
     camera, name : str
         Of the camera, in messages, and of the control, from :data:`NAMED`.
     value : int
@@ -202,7 +182,7 @@ def set_named(controls: Controls, camera: str, name: str, value: int) -> int:
 class _Panel:
     """The controls of one camera, with messages that name it."""
 
-    def __init__(self, controls: Controls, name: str) -> None:
+    def __init__(self, controls: DeviceControls, name: str) -> None:
         self._controls, self._name = controls, name
 
     def lock(

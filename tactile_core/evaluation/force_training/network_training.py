@@ -25,7 +25,14 @@ from tactile_core.evaluation.force_training.scores import (
 )
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.force_data import CELL_PX, FORCE_DATA, TRAINING_OBJECTS, UNSEEN_OBJECTS
+from tactile_core.sim.force_data import (
+    CELL_PX,
+    LARGEST_N,
+    TRAINING_OBJECTS,
+    TRAVEL_MM,
+    TWIST_DEG,
+    UNSEEN_OBJECTS,
+)
 
 LICENCE = "MIT"  # Of networks that train on the project's own virtual sensors
 # Numbers of the first virtual units: trained on, for the standard deviations, and scored.
@@ -128,9 +135,9 @@ def train_on_virtual_units(
         f"{sum(len(one.images) for one in known)} images of {units} virtual units of "
         f"`{design.name}` (numbers {FIRST_UNIT} to {FIRST_UNIT + units - 1}), which differ in "
         f"lights, coating, gel, markers and camera. Objects, with diameters in mm: {names}; "
-        f"cylinders are 12 mm long. Forces up to {FORCE_DATA.largest_n:g} N, shear up to "
-        f"{FORCE_DATA.travel_mm:g} mm with partial and full slip, twist up to "
-        f"{FORCE_DATA.twist_deg:g}°, at random places; a part of the contacts is truncated by the "
+        f"cylinders are 12 mm long. Forces up to {LARGEST_N:g} N, shear up to "
+        f"{TRAVEL_MM:g} mm with partial and full slip, twist up to "
+        f"{TWIST_DEG:g}°, at random places; a part of the contacts is truncated by the "
         f"image border. The labels are the simulator's forces."
     )
     of = f"unseen objects on {checked} unseen units ({FIRST_UNSEEN} …), full-size frames"

@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from tactile_core.errors import InputError
-from tactile_core.sim.indenters.mesh import HeightMapIndenter, Soft, Softness, mesh_indenter
+from tactile_core.sim.indenters.mesh import HeightMapIndenter, mesh_indenter
 from tactile_core.sim.indenters.relief import TEXTURES, Textured
 from tactile_core.sim.indenters.solids import Cone, Cylinder, Flat, Indenter, Sphere
 from tactile_core.sim.indenters.textures import Cloth, Coin, Screw, letters
@@ -34,7 +34,6 @@ def make_indenter(
     kind: str,
     *,
     texture: Mapping[str, Any] | None = None,
-    soft: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> Indenter:
     """Make an indenter by the name of its kind.
@@ -46,9 +45,6 @@ def make_indenter(
     texture : mapping, optional
         Texture of its surface: ``kind``, one of :data:`TEXTURES`, and its options, for example
         ``{"kind": "ribs", "pitch_mm": 1.0, "relief_mm": 0.1}``.
-    soft : mapping, optional
-        Layer of elastomer on the object: ``shear_modulus_mpa``, ``thickness_mm`` and perhaps
-        ``poisson_ratio``. A rigid object by default.
     **options
         Options of the kind, in mm and degrees.
 
@@ -63,10 +59,6 @@ def make_indenter(
             raise InputError(f"a texture needs its kind: {', '.join(TEXTURES)}")
         sizes = {name: value for name, value in texture.items() if name != "kind"}
         made = Textured(made, _make_shape("texture", TEXTURES, texture["kind"], sizes))
-    if soft is not None:
-        if not isinstance(soft, Mapping):
-            raise InputError("a soft object needs shear_modulus_mpa and thickness_mm")
-        made = Soft(made, _make_shape("layer", {"soft object": Softness}, "soft object", soft))
     return made
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.errors import InputError
 
 FAR_MM = 1e3  # Gap outside the object, mm: out of reach of the gel
@@ -36,11 +35,6 @@ class Indenter(ABC):
     def rolls_along_x(self) -> bool:
         """Whether the object can roll along its own x axis in addition to y."""
         return True
-
-    @property
-    def elastomer(self) -> Elastomer | None:
-        """Material of a soft object, a layer on a rigid core; None if rigid."""
-        return None
 
     @property
     def detail_mm(self) -> float | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,77 +10,6 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.errors import InputError
 from tactile_core.sim.indenters.mesh import HeightMapIndenter
 from tactile_core.sim.indenters.solids import FAR_MM, Indenter, positive, round_gap
-
-
-class CoinParameters(NamedTuple):
-    """Design of the coin's face. All values are chosen by hand to resemble a coin.
-
-    Attributes
-    ----------
-    edge : float, radii
-        Half-width of the transition from the field to the relief.
-        Source: chosen by hand; no script derives it.
-    rim : float, radii
-        Inner radius of the raised rim.
-        Source: chosen by hand; no script derives it.
-    rim_width : float, radii
-        Width of the rim, the finest feature that the nodes should resolve.
-        Source: chosen by hand; slightly less than 1 − ``rim``.
-    beads : int, count
-        Number of beads inside the rim.
-        Source: chosen by hand; no script derives it.
-    bead_ring : float, radii
-        Radius of the ring of beads.
-        Source: chosen by hand; no script derives it.
-    bead_radius, bead_edge : float, bead spacings
-        Radius of a bead, and half-width of its transition.
-        Source: chosen by hand; no script derives it.
-    star, star_amplitude : float, radii
-        Mean radius of the star in the middle, and amplitude of its points.
-        Source: chosen by hand; no script derives it.
-    star_points : int, count
-        Number of points of the star.
-        Source: chosen by hand; no script derives it.
-    """
-
-    edge: float = 0.015
-    rim: float = 0.93
-    rim_width: float = 0.06
-    beads: int = 48
-    bead_ring: float = 0.86
-    bead_radius: float = 0.35
-    bead_edge: float = 0.1
-    star: float = 0.42
-    star_amplitude: float = 0.16
-    star_points: int = 5
-
-
-class LetterParameters(NamedTuple):
-    """Drawing of raised letters.
-
-    Attributes
-    ----------
-    capital_px : float, px
-        Height of a capital of ``cv2.FONT_HERSHEY_SIMPLEX`` at scale 1.
-        Source: the font's definition.
-    stroke : float, letter heights
-        Stroke width.
-        Source: chosen by hand; no script derives it.
-    sigmas_per_stroke : float, ratio
-        Stroke width over the Gaussian sigma that rounds the edges.
-        Source: chosen by hand; no script derives it.
-    min_blur_px : float, px
-        Smallest sigma.
-        Source: chosen by hand; no script derives it.
-    """
-
-    capital_px: float = 21.0
-    stroke: float = 0.14
-    sigmas_per_stroke: float = 6
-    min_blur_px: float = 0.5
-
-
-COIN, LETTERS = CoinParameters(), LetterParameters()  # The values in use
 
 
 @dataclass(frozen=True)
@@ -105,18 +33,19 @@ class Coin(Indenter):
     @property
     def detail_mm(self) -> float | None:
         """Width of the rim."""
-        return COIN.rim_width * self.diameter_mm / 2
+        return 0.03 * self.diameter_mm
 
     def gap_mm(self, x_mm: Array, y_mm: Array) -> Array:
         """See :meth:`Indenter.gap_mm`."""
         radius = self.diameter_mm / 2
         r, angle = np.hypot(x_mm, y_mm) / radius, np.arctan2(y_mm, x_mm)
-        rim = _step((r - COIN.rim) / COIN.edge)
-        along = (angle * COIN.beads / (2 * np.pi) + 0.5) % 1 - 0.5
-        outward = (r - COIN.bead_ring) * COIN.beads / (2 * np.pi * COIN.bead_ring)
-        bead = _step((COIN.bead_radius - np.hypot(along, outward)) / COIN.bead_edge)
-        outline = COIN.star + COIN.star_amplitude * np.cos(COIN.star_points * angle)
-        star = _step((outline - r) / COIN.edge)
+        # in radii of the coin: edges of 0.015, a rim, 48 beads on a ring, a star of five points
+        rim = _step((r - 0.93) / 0.015)
+        along = (angle * 48 / (2 * np.pi) + 0.5) % 1 - 0.5
+        outward = (r - 0.86) * 48 / (2 * np.pi * 0.86)
+        bead = _step((0.35 - np.hypot(along, outward)) / 0.1)
+        outline = 0.42 + 0.16 * np.cos(5 * angle)
+        star = _step((outline - r) / 0.015)
         raised = np.maximum(np.maximum(rim, bead), star)
         return np.asarray(np.where(r < 1, self.relief_mm * (1 - raised), FAR_MM))
 
@@ -229,13 +158,13 @@ def letters(
     for name, value in (("size_mm", size_mm), ("relief_mm", relief_mm), ("mm_per_px", mm_per_px)):
         positive(f"the letters' {name}", value)
     font = cv2.FONT_HERSHEY_SIMPLEX
-    scale = size_mm / mm_per_px / LETTERS.capital_px
-    stroke = max(round(LETTERS.stroke * size_mm / mm_per_px), 1)
+    scale = size_mm / mm_per_px / 21.0  # px: height of a capital of this font at scale 1
+    stroke = max(round(0.14 * size_mm / mm_per_px), 1)
     (width, height), _ = cv2.getTextSize(text, font, scale, stroke)
     margin = 2 * stroke
     plate = np.zeros((height + 2 * margin, width + 2 * margin), np.uint8)
     cv2.putText(plate, text, (margin, margin + height), font, scale, 255, stroke, cv2.LINE_AA)
-    sigma_px = max(stroke / LETTERS.sigmas_per_stroke, LETTERS.min_blur_px)
+    sigma_px = max(stroke / 6, 0.5)  # rounds the edges
     blurred = cv2.GaussianBlur(plate.astype(np.float64) / 255, (0, 0), sigma_px)
     return HeightMapIndenter(relief_mm * blurred, mm_per_px)
 

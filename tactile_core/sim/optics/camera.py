@@ -26,10 +26,6 @@ _DEFAULT_JPEG_QUALITY = 90
 _FAR_CROSSTALK = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
 
 
-# Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long.
-_LOOKS_UP_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
-
-
 @dataclass(frozen=True)
 class Chip:
     """Image sensor: conversion of light to pixel values.
@@ -115,20 +111,13 @@ class Chip:
         noise_scale /= self.full_well_e**0.5
         most = self._levels - 1
         levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
-        return self._code_levels(np.asarray(levels)).reshape(light.shape)
+        return np.asarray(self._table[levels].reshape(light.shape))
 
     def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""
         if self.jpeg_quality is None:
             return pixels
         return _compress_pixels(pixels, self.jpeg_quality).reshape(pixels.shape)
-
-    def _code_levels(self, levels: NDArray[np.uint16]) -> NDArray[Any]:
-        if self.gamma == 1 and self.bit_depth > 8:
-            return np.minimum(levels, np.uint16(self._levels - 1))
-        if _LOOKS_UP_16_BITS:
-            return np.asarray(cv2.LUT(levels, self._table))
-        return np.asarray(self._table.take(levels))
 
     @property
     def _levels(self) -> int:
@@ -220,6 +209,5 @@ def _compress_pixels(pixels: NDArray[Any], quality: int) -> NDArray[Any]:
     colour = pixels.ndim == COLOUR and pixels.shape[2] == COLOUR
     swapped = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if colour else pixels
     _, data = cv2.imencode(".jpg", swapped, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    back = cv2.imdecode(data, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)
-    sent = np.asarray(back)
+    sent = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
     return np.asarray(cv2.cvtColor(sent, cv2.COLOR_BGR2RGB)) if colour else sent

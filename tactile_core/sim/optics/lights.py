@@ -14,20 +14,7 @@ from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import LightBuild
 from tactile_core.interfaces.illumination import Illumination, Light
 
-
-class LIGHTS:
-    """Parameters of the light model beside those that a profile sets."""
-
-    # [degrees] Elevation of the lights if the illumination does not give their directions.
-    default_elevation_deg = 30.0
-    # [diagonals of the view] Distance of a light without ``distance_mm`` from the image centre.
-    default_distance = 0.8
-    # [mm] Size of one LED. It blurs shadows and bounds the intensity close to the LED.
-    led_mm = 1.0
-    scatter_blur = 0.2  # [rad] Half the angle that a fully scattering diffuser adds to a light
-    # [px] Grid spacing of the light field, which is interpolated to the pixels. Near light varies
-    # over millimetres.
-    coarse_px = 8
+_LED_MM = 1.0  # Size of one LED: it blurs shadows and bounds the intensity close to it
 
 
 @dataclass(frozen=True)
@@ -85,8 +72,9 @@ class LedArray:
     @property
     def blur(self) -> float:
         """Half the vertical angle that the array subtends, rad: the softness of its shadows."""
-        size_mm = (self.build.array[0] - 1) * self.build.pitch_mm + LIGHTS.led_mm
-        return 0.5 * size_mm / self.distance_mm + LIGHTS.scatter_blur * self.build.scatter
+        size_mm = (self.build.array[0] - 1) * self.build.pitch_mm + _LED_MM
+        # rad: a diffuser that scatters fully adds half an angle of 0.2
+        return 0.5 * size_mm / self.distance_mm + 0.2 * self.build.scatter
 
 
 def light_field(
@@ -95,7 +83,6 @@ def light_field(
     *,
     mm_per_px: float,
     rest_mm: Float32 | None = None,
-    dead_leds: tuple[int, ...] = (),
 ) -> Float32:
     """Light vectors of one LED array over the undeformed gel surface.
 
@@ -109,37 +96,31 @@ def light_field(
     mm_per_px : float
     rest_mm : (H, W) float32, optional
         Height of the undeformed surface towards the camera; flat by default.
-    dead_leds : tuple of int
-        Indices of dead LEDs.
 
     Returns
     -------
     (3, H, W) float32
         x, y and height of the vector towards the light. Its length is the irradiance at normal
-        incidence, with a median of 1 if no LED is dead.
+        incidence, with a median of 1.
     """
     height, width = shape
-    size = (max(2, round(width / LIGHTS.coarse_px)), max(2, round(height / LIGHTS.coarse_px)))
+    # near light varies over millimetres, so a point every 8 px is enough
+    size = (max(2, round(width / 8)), max(2, round(height / 8)))
     # Centres of coarse pixels, as cv2.resize defines them.
     x = ((np.arange(size[0]) + 0.5) * width / size[0] - width / 2) * mm_per_px
     y = ((np.arange(size[1]) + 0.5) * height / size[1] - height / 2)[:, None] * mm_per_px
     z = np.zeros((1, 1)) if rest_mm is None else cv2.resize(rest_mm, size)
     lobe_power = np.log(0.5) / np.log(np.cos(np.radians(led_array.build.lobe_deg) / 2))
     whole = np.zeros((3, size[1], size[0]))
-    shining = np.zeros_like(whole)
-    for number, (px, py, pz) in enumerate(led_array.leds_mm):
+    for px, py, pz in led_array.leds_mm:
         ray = np.stack(np.broadcast_arrays(px - x, py - y, pz - z))
-        far = np.maximum(np.sqrt((ray**2).sum(0)), LIGHTS.led_mm)
+        far = np.maximum(np.sqrt((ray**2).sum(0)), _LED_MM)
         along = np.maximum(-np.tensordot(led_array.axes[2], ray, 1) / far, 0)
-        vector = ray * (along**lobe_power / far**3)
-        whole += vector
-        if number not in dead_leds:
-            shining += vector
+        whole += ray * (along**lobe_power / far**3)
     strength = np.median(np.linalg.norm(whole, axis=0))
     middle = led_array.centre_mm / led_array.distance_mm
     share = led_array.build.scatter
-    alight = 1 - len(set(dead_leds)) / len(led_array.leds_mm)
-    field = (1 - share) * shining / strength + share * alight * middle[:, None, None]
+    field = (1 - share) * whole / strength + share * middle[:, None, None]
     coarse = field.transpose(1, 2, 0).astype(np.float32)
     fine = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
     return np.ascontiguousarray(fine.transpose(2, 0, 1))
@@ -154,7 +135,7 @@ def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[Led
     image = profile.image
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
     general = profile.optics.lights.model_dump()
-    default_mm = LIGHTS.default_distance * diagonal_mm
+    default_mm = 0.8 * diagonal_mm
     led_arrays = []
     for light in _place_lights(illumination):
         build = LightBuild.model_validate(general | light.build.model_dump(exclude_unset=True))
@@ -177,6 +158,5 @@ def _place_lights(illumination: Illumination) -> tuple[Light, ...]:
     if lights and {light.name for light in lights} >= set(names):
         return lights
     return tuple(
-        Light(name, 90 + 360 * number / len(names), LIGHTS.default_elevation_deg)
-        for number, name in enumerate(names)
+        Light(name, 90 + 360 * number / len(names), 30.0) for number, name in enumerate(names)
     )

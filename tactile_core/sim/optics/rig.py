@@ -23,15 +23,9 @@ from tactile_core.sim.optics.lights import led_arrays_of
 from tactile_core.sim.optics.sources import LightSource, Shining, sources_of
 from tactile_core.sim.optics.surface import Membrane, OpticalSurface
 
-# [px] Approximate width of the shadow grid in fast mode: for the fast mode to run at camera rate
-# (``benchmarks/bench_sim.py`` measures it)
-_FAST_COLUMNS = 96
-# [px] Approximate width of the shadow grid in accurate mode: the full resolution of a 640 × 480
-# image
-_ACCURATE_COLUMNS = 640
-
-
-_SHADOW_COLUMNS = {"fast": _FAST_COLUMNS, "accurate": _ACCURATE_COLUMNS}
+# [px] Approximate width of the grid of shadows: at camera rate (``benchmarks/bench_sim.py``), and
+# every pixel of 640 × 480
+_SHADOW_COLUMNS = {"fast": 96, "accurate": 640}
 
 
 class RigOptics:
@@ -77,8 +71,6 @@ class RigOptics:
         faults: Faults | None = None,
         mode: Mode = "fast",
     ) -> None:
-        if mode not in _SHADOW_COLUMNS:
-            raise InputError(f"mode is 'fast' or 'accurate', not {mode!r}")
         self.profile = profile
         self.full_scale = profile.image.full_scale
         self._seed = seed
@@ -91,15 +83,12 @@ class RigOptics:
         # One camera takes every exposure: all have the same number of colours.
         self._colours = self._shots[0].channels
         led_arrays = led_arrays_of(profile, illumination)
-        self._faults.check_lights(
-            {led_array.name: len(led_array.leds_mm) for led_array in led_arrays}
-        )
+        self._faults.check_lights([led_array.name for led_array in led_arrays])
         self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
         self._sources = sources_of(
             profile,
             led_arrays,
             rest_mm=self._membrane.rest_mm,
-            faults=self._faults,
             seed=seed,
             shadow_columns=_SHADOW_COLUMNS[mode],
         )
@@ -108,11 +97,8 @@ class RigOptics:
         self._noise = Noise(size, seed, from_table=mode == "fast")
         self._mixing = self._balance_mixing()
         self._glass = vignette(self._shape, profile.optics.sensor.vignetting)
-        dust = self._faults.dusty(self._shape, seed)
-        if dust is not None:
-            self._glass *= dust
+        self._glass *= self._faults.dusty(self._shape, seed)
         self._frame = 0
-        self._last: NDArray[Any] | None = None
 
     @property
     def markers_px(self) -> NDArray[np.float64]:
@@ -127,7 +113,6 @@ class RigOptics:
         markers_px: NDArray[Any] | None = None,
         *,
         frame: int | None = None,
-        finite: bool = False,
     ) -> NDArray[Any]:
         """Take one frame with every exposure of the sequence.
 
@@ -137,14 +122,12 @@ class RigOptics:
             Indentation relative to the undeformed surface, positive towards the camera.
         displacement_mm : (H, W, 2) float, optional
             In-plane displacement of the material that is now at each pixel, x right and y down. It
-            moves markers, grain and scratches.
+            moves markers and grain.
         markers_px : (N, 2) float, optional
             Current positions of the markers of :attr:`markers_px`, instead of those that follow
             from the displacement; NaN for hidden markers.
         frame : int, optional
             Frame number, which selects noise and faults. Default: the next one.
-        finite : bool
-            The arrays are known to be finite, and are not searched for other values.
 
         Returns
         -------
@@ -157,36 +140,23 @@ class RigOptics:
         """
         number = self._frame if frame is None else frame
         self._frame = number + 1
-        fate, above = self._faults.fate(number, self._seed)
-        if fate == "dropped" and self._last is not None:
-            return self._last
-        surface = self.surface(height_mm, displacement_mm, markers_px, finite=finite)
-        late = len(self._shots) > 1 and self._faults.slips(number, self._seed)
-        levels = [
-            self._shots[shot - 1 if late else shot].levels for shot in range(len(self._shots))
-        ]
+        surface = self.surface(height_mm, displacement_mm, markers_px)
+        levels = [shot.levels for shot in self._shots]
         planes = self._take_exposures(surface, levels, number, first=0)
-        pixels = planes[0] if len(planes) == 1 else _side_by_side(planes)
-        if fate == "torn" and self._last is not None:
-            row = int(above * len(pixels))
-            pixels = np.concatenate([pixels[:row], self._last[row:]])
-        self._last = pixels
-        return pixels
+        return planes[0] if len(planes) == 1 else _side_by_side(planes)
 
     def surface(
         self,
         height_mm: NDArray[Any],
         displacement_mm: NDArray[Any] | None = None,
         markers_px: NDArray[Any] | None = None,
-        *,
-        finite: bool = False,
     ) -> OpticalSurface:
         """Prepare a gel surface for :meth:`photograph`; parameters as for :meth:`expose`."""
-        height = self._check_values(height_mm, self._shape, "height_mm", finite)
+        height = self._check_values(height_mm, self._shape, "height_mm")
         displacement = None
         if displacement_mm is not None:
             moved = (*self._shape, 2)
-            displacement = self._check_values(displacement_mm, moved, "displacement_mm", finite)
+            displacement = self._check_values(displacement_mm, moved, "displacement_mm")
         if markers_px is not None and np.shape(markers_px) != self.markers_px.shape:
             raise InputError(
                 f"markers_px has the shape {np.shape(markers_px)}, not {self.markers_px.shape}; "
@@ -227,7 +197,7 @@ class RigOptics:
         first: int,
     ) -> list[NDArray[Any]]:
         """Take exposures under some lights each, as (H, W, K); ``first`` is the first's number."""
-        mixing = (self._mixing * self._faults.overexposure).astype(np.float32)
+        mixing = self._mixing.astype(np.float32)
         sources = tuple(
             (number, source, bright, exposure)
             for exposure, lit in enumerate(levels)
@@ -283,13 +253,11 @@ class RigOptics:
         gain = gain * self._chip.light_of(sensor.exposure) / level
         return np.asarray(gain[:, None] * mixing)
 
-    def _check_values(
-        self, values: NDArray[Any], shape: tuple[int, ...], name: str, finite: bool
-    ) -> Float32:
+    def _check_values(self, values: NDArray[Any], shape: tuple[int, ...], name: str) -> Float32:
         array = np.asarray(values, np.float32)
         if array.shape != shape:
             raise InputError(f"{name} has the shape {array.shape}; this rig's is {shape}")
-        if not finite and not _is_finite(array):
+        if not _is_finite(array):
             raise InputError(f"{name} has values that are not finite; use 0 where undeformed")
         return array
 

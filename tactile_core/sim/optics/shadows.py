@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
-from typing import NamedTuple
+from functools import cache, cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Float32, Float64
+from tactile_core.algorithms.arrays.types import Float32
+from tactile_core.sim.refinement import BandedMatrix
 
 _MAX_STEPS = 16  # [count] Largest number of steps along a ray
 # [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing light
@@ -22,56 +21,6 @@ _STEEPNESS = 0.97
 # [rows] Positions along the rays that OpenCV reads in one call, in rows of the grid: at most 32767,
 # which is OpenCV's limit
 _ROWS_AT_ONCE = 4096
-
-
-class Shade(NamedTuple):
-    """The part of an image in which lights are partly hidden.
-
-    Attributes
-    ----------
-    columns : slice
-        Columns of the image.
-    hidden : (L, n, w) float32
-        Hidden share of each light in these columns, on some rows of the reduced grid.
-    coarse : (H,) int64
-        For each row of the image, the row of ``hidden`` before it; -1 where no light is hidden.
-    share : (H,) float32
-        Fraction of the way from there to the next row of ``hidden``.
-    """
-
-    columns: slice
-    hidden: Float32
-    coarse: NDArray[np.int64]
-    share: Float32
-
-    def shares(self, band: slice) -> tuple[slice, Float32] | None:
-        """Share of each light that reaches a band of rows; None where no light is hidden.
-
-        Parameters
-        ----------
-        band : slice
-            Rows of the image.
-
-        Returns
-        -------
-        rows : slice
-            Those rows of the band in which a light is hidden.
-        share : (L, n, w) float32
-            In these rows, and in :attr:`columns`.
-        """
-        inside = np.flatnonzero(self.coarse[band] >= 0)
-        if not inside.size:
-            return None
-        rows = slice(int(inside[0]), int(inside[-1]) + 1)
-        before = self.coarse[band][rows]
-        after = np.minimum(before + 1, self.hidden.shape[1] - 1)
-        first, last = int(before[0]), int(after[-1]) + 1
-        # weights of the rows of the reduced grid: a product of matrices mixes them for all lights
-        weights = np.zeros((len(before), last - first), np.float32)
-        line, share = np.arange(len(before)), self.share[band][rows]
-        weights[line, after - first] = share
-        weights[line, before - first] += 1 - share
-        return rows, 1 - weights @ self.hidden[:, first:last]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +72,8 @@ class Shadows:
         return steps, max(reach_px / steps, 1.0)
 
 
-def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Shade | None:
-    """Return where lights are hidden; None without any shadow.
+def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> list[Float32] | None:
+    """Return the (H, W) share of each light that arrives; None without any shadow.
 
     Parameters
     ----------
@@ -145,7 +94,9 @@ def cast(lights: Sequence[Shadows], low: Float32, shape: tuple[int, int]) -> Sha
     hidden = _hidden_share(lights, marches, low, part)
     if hidden.max() <= 0:
         return None
-    return _enlarge_part(np.minimum(hidden, 1), part, low.shape, shape)
+    lit = np.ones((len(lights), *low.shape), np.float32)
+    lit[:, *part] = 1 - np.minimum(hidden, 1)
+    return [np.asarray(cv2.resize(one, shape[::-1]), np.float32) for one in lit]
 
 
 def _hidden_share(
@@ -204,33 +155,19 @@ def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, sl
     return sides[0], sides[1]
 
 
-def _enlarge_part(
-    hidden: Float32, part: tuple[slice, slice], small: tuple[int, int], shape: tuple[int, int]
-) -> Shade:
-    """Interpolate a part of the reduced grid between its columns; rows follow when needed."""
-    rows, columns = part
-    across, touched = _across(small[1], shape[1], columns.start, columns.stop)
-    place = _places(small[0], shape[0])
-    before = place.astype(np.int64)
-    # rows next to the part are influenced by its border: nothing is hidden beyond it
-    reached = np.zeros((len(hidden), hidden.shape[1] + 2, across.shape[1]), np.float32)
-    np.matmul(hidden, across, out=reached[:, 1:-1])
-    coarse = before - (rows.start - 1)
-    coarse[(coarse < 0) | (coarse > hidden.shape[1])] = -1
-    return Shade(touched, reached, coarse, np.asarray(place - before, np.float32))
+def average_pixels(values: Float32, size: tuple[int, int]) -> Float32:
+    """Means over the pixels of a coarser grid of this many columns and rows.
 
-
-@lru_cache(maxsize=64)
-def _across(small: int, size: int, start: int, stop: int) -> tuple[Float32, slice]:
-    """Weights (stop - start, w) of some columns of a reduced grid at the w pixels they reach."""
-    place, columns = _places(small, size), np.arange(start, stop)
-    pixels = np.flatnonzero((place > start - 1) & (place < stop))
-    touched = slice(int(pixels[0]), int(pixels[-1]) + 1)
-    weights = np.maximum(1 - abs(place[touched] - columns[:, None]), 0)
-    return np.asarray(weights, np.float32), touched
+    OpenCV takes more than twice as long where the sizes are no multiples.
+    """
+    down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
+    return across.along(down.times(values))
 
 
 @cache
-def _places(small: int, size: int) -> Float64:
-    """(size,) positions of pixel centres on a reduced side, in its pixels."""
-    return np.clip((np.arange(size) + 0.5) * (small / size) - 0.5, 0, small - 1)
+def _means(pixels: int, parts: int) -> BandedMatrix:
+    """Matrix (parts, pixels) that averages over equal parts of a side."""
+    edges = np.arange(parts + 1) * (pixels / parts)
+    left = np.arange(pixels)
+    covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
+    return BandedMatrix.from_matrix(np.maximum(covered, 0) * (parts / pixels))

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shade, Shadows, cast
+from tactile_core.sim.optics.shadows import Shadows, average_pixels, cast
 from tactile_core.sim.optics.surface import OpticalSurface
 
 # [share] Specular share of the reflected light: to look like the coated gels in [1]_, figure 4
@@ -185,7 +184,6 @@ def sources_of(
     led_arrays: Sequence[LedArray],
     *,
     rest_mm: Float32 | None,
-    faults: Faults,
     seed: int,
     shadow_columns: int,
 ) -> tuple[LightSource, ...]:
@@ -197,8 +195,6 @@ def sources_of(
     led_arrays : sequence of LedArray
     rest_mm : (H, W) float32 or None
         Height of the undeformed surface towards the camera; None for a flat gel.
-    faults : Faults
-        Its dead LEDs are off.
     seed : int
         Random seed of the lights' relative brightness.
     shadow_columns : int
@@ -211,12 +207,7 @@ def sources_of(
     deviations = np.random.default_rng([seed, 41]).standard_normal(len(led_arrays))
     made = []
     for led_array, deviation in zip(led_arrays, deviations, strict=True):
-        whole, toward = (
-            light_field(
-                led_array, shape, mm_per_px=image.mm_per_px, rest_mm=rest_mm, dead_leds=dead
-            )
-            for dead in ((), faults.dead_leds.get(led_array.name, ()))
-        )
+        toward = light_field(led_array, shape, mm_per_px=image.mm_per_px, rest_mm=rest_mm)
         bright = max(_MIN_BRIGHTNESS, 1 + led_array.build.spread * float(deviation))
         direct = (1 - ambient) * bright
         shading = Shading.prepare(
@@ -228,7 +219,7 @@ def sources_of(
             mm_per_px=image.mm_per_px,
             reduce=max(1, image.width_px // shadow_columns),
         )
-        everywhere = ambient * bright * float(np.median(whole[2]))
+        everywhere = ambient * bright * float(np.median(toward[2]))
         made.append(LightSource(led_array, shading, shadows, everywhere))
     return tuple(made)
 
@@ -255,13 +246,13 @@ class Shining:
     exposures: int = 1
 
     @cached_property
-    def shade(self) -> Shade | None:
-        """Where the lights are hidden; None without any shadow."""
-        if not self.sources:
+    def shade(self) -> list[Float32] | None:
+        """(H, W) share of each light that no relief hides; None without any shadow."""
+        relief = self.surface.relief_mm
+        if not self.sources or np.ptp(relief) < 0.01:  # mm: too flat to cast shadows
             return None
         shadows = [source.shadows for _, source, _, _ in self.sources]
-        low = self.surface.reduce_relief(shadows[0].size)
-        return None if low is None else cast(shadows, low, self.surface.relief_mm.shape)
+        return cast(shadows, average_pixels(relief, shadows[0].size), relief.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:
@@ -299,13 +290,12 @@ class Shining:
             for channel in unlit:
                 np.multiply(sky, half[channel], out=light[channel])
             begun = set(unlit)
-            dark = None if self.shade is None else self.shade.shares(rows)
             for index, ((number, source, level, _), into) in enumerate(
                 zip(self.sources, channels, strict=True)
             ):
                 plane = source.shading.reflect(normals, rows)
-                if self.shade is not None and dark is not None:
-                    plane[dark[0], self.shade.columns] *= dark[1][index]
+                if self.shade is not None:
+                    plane *= self.shade[index][rows]
                 plane *= surface.grain(number)[rows]
                 if level != 1:
                     plane *= np.float32(level)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -14,10 +13,8 @@ from tactile_core.algorithms.sphere import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.faults import Faults
 from tactile_core.sim.optics.markers import MarkerPrint
-from tactile_core.sim.refinement import BandedMatrix
 
 _MARGIN = 0.1  # [image widths] Border around the image that shear may move into it
-_MIN_SHADOW_RELIEF_MM = 0.01  # [mm] A relief with a smaller range casts no shadows
 _SIGMAS_PER_GRAIN: float = 2  # [ratio] Size of the grain over the Gaussian sigma that correlates it
 
 
@@ -28,7 +25,7 @@ class OpticalSurface:
     Attributes
     ----------
     relief_mm : (H, W) float32
-        Height above the undeformed surface, including scratches.
+        Height above the undeformed surface.
     rest_slopes : (2, H, W) float32 or None
         Slopes of the undeformed surface; None if flat.
     mm_per_px : float
@@ -36,7 +33,7 @@ class OpticalSurface:
         1 on the bare surface, less on markers; None without markers.
     textures : (T, H, W, 4) float32
         Grain as a factor on each light, four lights to an image. Grain differs between lights,
-        because facets reflect only some of them. Scratches and markers follow the last light.
+        because facets reflect only some of them.
     """
 
     relief_mm: Float32
@@ -44,20 +41,10 @@ class OpticalSurface:
     mm_per_px: float
     reflectance: Float32 | None
     textures: Float32
-    _reduced: dict[tuple[int, int], Float32 | None] = field(default_factory=dict, repr=False)
 
     def grain(self, led_array: int) -> Float32:
         """(H, W) grain: factor on the light of this index."""
         return _plane(self.textures, led_array)
-
-    def reduce_relief(self, size: tuple[int, int]) -> Float32 | None:
-        """Return the relief at a lower resolution; None if it is too flat to cast shadows."""
-        if size not in self._reduced:
-            height = self.relief_mm
-            relief_mm = float(height.max() - height.min())
-            casts = relief_mm >= _MIN_SHADOW_RELIEF_MM
-            self._reduced[size] = _average_pixels(height, size) if casts else None
-        return self._reduced[size]
 
     def normals(self, rows: slice) -> Float32:
         """(3, h, W) unit normals of a band of rows, the third component towards the camera."""
@@ -112,16 +99,6 @@ class Membrane:
         rng = np.random.default_rng([seed, 31])
         size_px = (coat.grain_mm or image.mm_per_px) / image.mm_per_px
         textures = [_grain(wide, coat.grain, size_px, rng) for _ in range(led_arrays)]
-        scratches = faults.scratches_mm(wide, image.mm_per_px, seed)
-        # After those of the lights
-        self._scratches = len(textures) if scratches is not None else None
-        if scratches is not None:
-            textures.append(scratches)
-        self._print = len(textures) if self.markers is not None else None
-        if self.markers is not None:
-            textures.append(
-                self.markers.reflectance(wide, self.markers.rest_px + self._margin, self._ink)
-            )
         # Remapping an image of four channels takes as long as one of a single channel.
         self._textures = np.zeros((-(-len(textures) // 4), *wide, 4), np.float32)
         for number, texture in enumerate(textures):
@@ -140,17 +117,27 @@ class Membrane:
         """Return one state of the surface; parameters as for ``RigOptics.expose``."""
         textures = self._move_textures(displacement_mm)
         reflectance = None
-        if self._print is not None and markers_px is None:
-            reflectance = _plane(textures, self._print)
-        if self.markers is not None and markers_px is not None:
+        if self.markers is not None:
+            if markers_px is None:
+                markers_px = self._carry_markers(self.markers.rest_px, displacement_mm)
             reflectance = self.markers.reflectance(self._shape, markers_px, self._ink)
         if self._absorption:
             darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
             reflectance = darker if reflectance is None else reflectance * darker
-        relief = height_mm
-        if self._scratches is not None:
-            relief = height_mm + _plane(textures, self._scratches)
-        return OpticalSurface(relief, self._rest_slopes, self._mm_per_px, reflectance, textures)
+        return OpticalSurface(height_mm, self._rest_slopes, self._mm_per_px, reflectance, textures)
+
+    def _carry_markers(
+        self, rest_px: NDArray[np.float64], displacement_mm: Float32 | None
+    ) -> NDArray[np.float64]:
+        """Marker centres after the displacement of the pixels on which they were printed."""
+        if displacement_mm is None:
+            return rest_px
+        rows, columns = (
+            np.clip(np.rint(rest_px[:, axis]).astype(int), 0, self._shape[1 - axis] - 1)
+            for axis in (1, 0)
+        )
+        moved_px = displacement_mm[rows, columns] / self._mm_per_px
+        return np.asarray(rest_px + moved_px, np.float64)
 
     def _move_textures(self, displacement_mm: Float32 | None) -> Float32:
         """Every texture, moved by the displacement."""
@@ -171,21 +158,6 @@ class Membrane:
 def _plane(textures: Float32, number: int) -> Float32:
     """View of one texture: a copy would cost more than strided reads."""
     return textures[number // 4, ..., number % 4]
-
-
-def _average_pixels(values: Float32, size: tuple[int, int]) -> Float32:
-    """Means over the pixels of a coarser grid of this many columns and rows."""
-    down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
-    return across.along(down.times(values))
-
-
-@cache
-def _means(pixels: int, parts: int) -> BandedMatrix:
-    """Matrix (parts, pixels) that averages over equal parts of a side."""
-    edges = np.arange(parts + 1) * (pixels / parts)
-    left = np.arange(pixels)
-    covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
-    return BandedMatrix.from_matrix(np.maximum(covered, 0) * (parts / pixels))
 
 
 def _slopes(height_mm: Float32, mm_per_px: float) -> Float32:

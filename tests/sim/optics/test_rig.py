@@ -124,8 +124,6 @@ def test_arrays_of_another_size_are_refused() -> None:
         optics.expose(level(), shift(1.0)[..., 0])
     with pytest.raises(InputError, match="height_mm has values that are not finite"):
         optics.expose(np.full(SHAPE, np.nan))
-    with pytest.raises(InputError, match="mode is 'fast' or 'accurate'"):
-        RigOptics(rig(), mode="slow")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("elevation", [0.0, 1.0, 89.0, 90.0])

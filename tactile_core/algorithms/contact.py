@@ -152,7 +152,10 @@ def _border(depth: Array, slope: Array) -> float:
     mean = np.bincount(band, slope, bands) / np.maximum(np.bincount(band, None, bands), 1)
     mean[1:-1] += (mean[:-2] + mean[2:]) / 2
     steepest = 1 + int(np.argmax(mean[1 : _HIGHEST_BAND + 1]))
-    return _BORDER_RATIO * (steepest + 0.5) / bands
+    low, top, high = mean[steepest - 1 : steepest + 2].tolist()
+    # between bands by a parabola, so that the border does not jump by a band with the noise
+    beyond = (low - high) / (2 * (low - 2 * top + high)) if low + high < 2 * top else 0.0
+    return _BORDER_RATIO * (steepest + 0.5 + min(max(beyond, -0.5), 0.5)) / bands
 
 
 def _sample(image: Array) -> Array:

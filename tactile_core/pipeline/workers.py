@@ -17,15 +17,12 @@ from pathlib import Path
 from queue import SimpleQueue
 from traceback import format_exception
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 from tactile_core.errors import InputError, words_of
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import Frame
-
-if TYPE_CHECKING:
-    from tactile_core.pipeline.pipeline import Pipeline
 
 _PATIENCE_S = 5.0  # Time in which a process that is no longer needed should release its resources
 
@@ -279,6 +276,13 @@ class Workers:
 _WAITING_EACH = 2  # Frames queued per worker: enough that none is idle, few enough to save memory
 
 
+class Processor(Protocol):
+    """The part of a pipeline that a worker uses."""
+
+    def process(self, frame: Frame) -> Reading:
+        """Measure one frame."""
+
+
 def check_any_order(*, tare: bool, inputs: bool, turns: bool) -> None:
     """Check that frames may be measured in any order.
 
@@ -305,17 +309,17 @@ def check_any_order(*, tare: bool, inputs: bool, turns: bool) -> None:
         )
 
 
-def shared_out(pipeline: Pipeline, frames: Iterable[Frame], workers: int) -> Iterator[Reading]:
+def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> Iterator[Reading]:
     """Yield the readings of frames in order, measured by several processes.
 
-    Each process has its own copy of the pipeline, so a frame cannot depend on earlier ones.
+    Each process has its own copy of the processor, so a frame cannot depend on earlier ones.
 
     Raises
     ------
     ChildProcessError
         A worker was killed.
     """
-    pickled = pickle.dumps(pipeline, pickle.HIGHEST_PROTOCOL)
+    pickled = pickle.dumps(processor, pickle.HIGHEST_PROTOCOL)
     left, waiting = iter(frames), deque[Future[Reading]]()
     try:
         with Workers(workers, _measuring, pickled) as crew:
@@ -340,7 +344,7 @@ def _measure_in_worker(frame: Frame, worker: WorkerProcess) -> Reading:
 
 def _measuring(pickled: bytes) -> Generator[Reading | None, Frame, None]:
     """Measure the frames that come."""
-    pipeline: Pipeline = pickle.loads(pickled)
+    processor: Processor = pickle.loads(pickled)
     frame = yield None
     while True:
-        frame = yield pipeline.process(frame)
+        frame = yield processor.process(frame)

@@ -26,6 +26,10 @@ _DEFAULT_JPEG_QUALITY = 90
 _FAR_CROSSTALK = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
 
 
+# Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long.
+_LOOKS_UP_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
+
+
 @dataclass(frozen=True)
 class Chip:
     """Image sensor: conversion of light to pixel values.
@@ -111,7 +115,8 @@ class Chip:
         noise_scale /= self.full_well_e**0.5
         most = self._levels - 1
         levels = cv2.addWeighted(rows, most, spread, most * noise_scale, 0, dtype=cv2.CV_16U)
-        return np.asarray(self._table[levels].reshape(light.shape))
+        coded = cv2.LUT(levels, self._table) if _LOOKS_UP_16_BITS else self._table[levels]
+        return np.asarray(coded.reshape(light.shape))
 
     def send(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W, 1) or (H, W, 3) pixels after transmission: JPEG is lossy."""

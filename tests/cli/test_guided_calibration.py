@@ -72,7 +72,7 @@ def test_a_session_is_led_recorded_and_fitted_again_from_its_recording(small: Pa
 
 def test_when_enough_is_kept_the_next_touch_is_measured(small: Path) -> None:
     pytest.importorskip("mcap")
-    with patch.multiple(SESSION, enough_presses=2, most_presses=2):
+    with patch.object(SESSION, "most_presses", 2):
         done = tactile(*live(small, "--json"))
     assert done.returncode == 0, done.stderr
     assert "Lift the ball, then touch the gel with anything" in done.stderr

@@ -159,7 +159,7 @@ def test_an_interrupt_within_a_request_darkens_the_lights(
         raise KeyboardInterrupt
 
     with opened(tmp_path, url, box) as sensor:
-        sensor._source._acquisition.arm()  # the lights are set again
+        sensor._source.acquisition.arm()  # the lights are set again
         monkeypatch.setattr(SerialLink, "_await_answer", interrupted)
         with pytest.raises(KeyboardInterrupt):
             sensor.read()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import BALL, render
+from tactile_core.sim.analytic_ball import render
 
 Array = NDArray[Any]
 
@@ -54,7 +54,7 @@ class DomedPress:
         r = np.maximum(np.hypot(dx, dy), 1e-9)
         border = np.minimum(self.contact_mm / r, 1)
         at_border = self.imprint(self.touch_mm[0] + dx * border, self.touch_mm[1] + dy * border)
-        skirt_mm = BALL.skirt_radii * self.ball_mm
+        skirt_mm = 0.3 * self.ball_mm
         slope = self.contact_mm / np.sqrt(self.ball_mm**2 - self.contact_mm**2)
         x0, y0 = (np.array([value]) for value in self.touch_mm)
         rim = self.imprint(x0 + self.contact_mm, y0) - slope * skirt_mm

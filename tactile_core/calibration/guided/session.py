@@ -261,7 +261,7 @@ class GuidedCalibration:
         # describes the light best from 12 on (``LIGHT``).
         if kept < 12:
             return False
-        # [count] Nor after this many touches, if ``enough_presses`` are kept. Source: the same.
+        # [count] Nor after this many touches, if so many are kept. Source: the same.
         if self._attempts >= 30:
             return True
         complete = self._coverage.is_complete(list(self._circles.values()))

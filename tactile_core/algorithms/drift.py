@@ -7,8 +7,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.coarse_cells import FEWEST_CELLS, Cells, fit_smooth_field
+from tactile_core.algorithms.arrays.regression import shorths
+from tactile_core.algorithms.arrays.shrinking import shrink_image
+from tactile_core.algorithms.arrays.types import Array
 
 
 class LEVELS:
@@ -40,16 +41,24 @@ class DRIFT:
     or a calibration only chooses whether drift is compensated.
     """
 
+    # [count] Cells of the grid on which frame and reference are compared.
+    rows = 24
+    columns = 32
+    fewest_samples = 100  # [count] With fewer readable cells no gain is estimated
+    dark_share = 0.02  # [share of the full scale] Cells with a channel at or below it are left out
     # [logarithm of the gain] Larger changes are no drift and are not compensated. Source: by
     # hand, (10 %, ADR 10).
     largest_log_gain = 0.1
-    # [logarithm of the gain] Within twice this a cell is consistent with the gain. Source: twice
-    # the 1.5 % noise of a light on the six-LED recordings.
+    # [logarithm of the gain] Scale of the biweight; within twice this a cell is consistent with
+    # the gain. Source: twice the 1.5 % noise of a light on the six-LED recordings.
     noise_log = 0.03
     # [share of the readable cells] Cells that must be consistent in all channels for the gain to
     # be applied at all, and fully. Source: by hand, (ADR 10).
     least_share = 0.2
     full_share = 0.35
+    rounds = 3  # [count] Reweightings of the biweight
+    # [sum of weights] Lower bound of the sum of weights, against division by zero.
+    least_weight = 1e-6
 
 
 class LightChange(NamedTuple):
@@ -92,31 +101,80 @@ class ReferenceLevels:
         Image of the undeformed sensor.
     full_scale : float
         The intensity at which a channel saturates.
-    marker_mask : (H, W) bool, optional
-        Pixels of the reference that do not show the gel surface.
     """
 
-    def __init__(
-        self, reference: Array, full_scale: float, marker_mask: Bool | None = None
-    ) -> None:
-        self._cells, self._full_scale = Cells(reference.shape[:2]), full_scale
-        self._log, self._readable = self._cells.log(reference, full_scale, marker_mask)
+    def __init__(self, reference: Array, full_scale: float) -> None:
+        rows, columns, _ = reference.shape
+        self._cells = min(DRIFT.columns, columns), min(DRIFT.rows, rows)
+        across, down = (
+            np.linspace(0, size - 1, min(size, 2 * cells)).astype(np.intp)
+            for size, cells in zip((columns, rows), self._cells, strict=True)
+        )
+        self._down, self._across = down, across
+        self._full_scale = full_scale
+        self._undeformed = self._cell_means(reference)
+        self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
 
-    def change(self, pixels: Array, marker_mask: Bool | None = None) -> LightChange | None:
-        """Estimate the change of the light in a frame; None if too little of it is readable.
+    def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
+        """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
+        change = self.change(pixels, marker_mask)
+        return np.ones(pixels.shape[2], np.float32) if change is None else change.gains
 
-        A constant is fitted to the logarithm of frame over reference, as
-        :func:`~tactile_core.algorithms.coarse_cells.fit_smooth_field` does: what a contact changes
-        has no weight.
-        """
-        log, readable = self._cells.log(pixels, self._full_scale, marker_mask)
-        change = (log - self._log)[:, readable & self._readable]
-        if change.shape[1] < FEWEST_CELLS:
+    def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
+        """Estimate the change of the light in a frame; None if too little of it is readable."""
+        quotients = self._quotients(pixels, marker_mask)
+        if quotients.shape[1] < DRIFT.fewest_samples:
             return None
-        constant = np.ones((1, change.shape[1]), np.float32)
-        gain = fit_smooth_field(change, constant, (DRIFT.noise_log / np.sqrt(2),) * 3)
-        consistent = np.abs(change - gain).max(axis=0) < 2 * DRIFT.noise_log
-        return LightChange(gain[:, 0], float(consistent.mean()))
+        return LightChange(*_undeformed_gain(np.log(quotients)))
+
+    def _quotients(self, pixels: Array, marker_mask: Array | None) -> Array:
+        """Means of the readable cells over those of the reference, (K, N) float32."""
+        bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
+        means = self._cell_means(pixels)
+        readable = (means.min(axis=0) > bounds[0]) & self._bright
+        readable &= means.max(axis=0) < bounds[1]
+        if marker_mask is not None:
+            readable &= self._cell_means(marker_mask.view(np.uint8)[..., None])[0] == 0
+        (index,) = readable.nonzero()
+        return np.asarray(means.take(index, axis=1) / self._undeformed.take(index, axis=1))
+
+    def _cell_means(self, pixels: Array) -> Array:
+        """Means of neighbouring samples on a coarse grid, (K, N) float32."""
+        samples = pixels[np.ix_(self._down, self._across)].astype(np.float32)
+        means = shrink_image(samples, self._cells, halvings=0).reshape(-1, pixels.shape[2])
+        return np.ascontiguousarray(means.T)
+
+
+def channel_gains(
+    pixels: Array, reference: Array, full_scale: float, marker_mask: Array | None = None
+) -> Array:
+    """Estimate the gain of each channel against the reference.
+
+    The estimate starts from the mean of the shortest half (the shorth [1]_) of the logarithm of the
+    quotient of frame and reference. Tukey's biweight [2]_ refines it on all channels together.
+
+    Parameters
+    ----------
+    pixels, reference : (H, W, K)
+        A frame, and the image of the undeformed sensor.
+    full_scale : float
+        The intensity at which a channel saturates.
+    marker_mask : (H, W) bool, optional
+        Pixels that do not show the gel surface.
+
+    Returns
+    -------
+    (K,) float32
+        Within 10 % of 1. Exactly 1 where too little of the surface is undeformed.
+
+    References
+    ----------
+    .. [1] D. F. Andrews et al., "Robust Estimates of Location: Survey and Advances", Princeton
+       University Press, 1972.
+    .. [2] A. E. Beaton and J. W. Tukey, "The fitting of power series, meaning polynomials,
+       illustrated on band-spectroscopic data", Technometrics 16(2), 1974.
+    """
+    return ReferenceLevels(reference, full_scale).gains(pixels, marker_mask)
 
 
 def divide_by_gains(pixels: Array, gains: Array, full_scale: float) -> Array:
@@ -149,3 +207,18 @@ def divide_by_gains(pixels: Array, gains: Array, full_scale: float) -> Array:
 def _compensate_levels(levels: Array, gains: Array, full_scale: float) -> Array:
     result = np.clip(levels / np.asarray(gains, np.float32), 0, full_scale)
     return np.where(levels < LEVELS.saturation_share * full_scale, result, np.float32(full_scale))
+
+
+def _undeformed_gain(logs: Array) -> tuple[Array, float]:
+    """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
+    gain = shorths(logs)
+    for _ in range(DRIFT.rounds):
+        residual = logs - gain[:, None]
+        residual *= residual
+        square = residual.sum(axis=0)
+        square *= -1 / (2 * len(logs) * DRIFT.noise_log**2)
+        weight = np.maximum(square + 1, 0)
+        weight *= weight
+        gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
+    consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
+    return gain, np.count_nonzero(consistent) / logs.shape[1]

@@ -128,9 +128,7 @@ class DriftCompensator:
 
     def __init__(self, reference: Reference, *, divides: bool = True) -> None:
         self._reference, self._divides = reference, divides
-        self._levels = ReferenceLevels(
-            reference.pixels, reference.full_scale, reference.marker_mask
-        )
+        self._levels = ReferenceLevels(reference.pixels, reference.full_scale)
 
     def compensate_frame(self, frame: Frame) -> Frame:
         """Return the frame as it would look under the illumination of the reference."""

@@ -23,7 +23,7 @@ PRESSES_DEG = {
     "gelsight_mini": {"even → odd": 1.84, "odd → even": 2.09},
     "hex_fingertip": {"even → odd": 6.51, "odd → even": 5.27},
 }
-SPHERE = {"objectfolder": 0.02, "wedge": 0.04, "gelsight_mini": 0.02}
+SPHERE = {"objectfolder": 0.03, "wedge": 0.04, "gelsight_mini": 0.02}
 GROOVES_PERCENT = {"upper → lower": 4.42, "lower → upper": 2.35}
 BEAR_DEG = 7.82
 MARKERS_PX, MARKERS_KEPT_PERCENT = 0.506, 98.4

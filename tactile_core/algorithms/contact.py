@@ -147,15 +147,14 @@ def _slope_noise(slope: Array) -> float:
 
 def _border(depth: Array, slope: Array) -> float:
     """Relative depth at the border of a region, from (N,) relative depths and slopes."""
-    bands = _BANDS
-    band = np.minimum((bands * depth).astype(np.intp), bands - 1)
-    mean = np.bincount(band, slope, bands) / np.maximum(np.bincount(band, None, bands), 1)
+    band = np.minimum((_BANDS * depth).astype(np.intp), _BANDS - 1)
+    mean = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
     mean[1:-1] += (mean[:-2] + mean[2:]) / 2
     steepest = 1 + int(np.argmax(mean[1 : _HIGHEST_BAND + 1]))
     low, top, high = mean[steepest - 1 : steepest + 2].tolist()
     # between bands by a parabola, so that the border does not jump by a band with the noise
     beyond = (low - high) / (2 * (low - 2 * top + high)) if low + high < 2 * top else 0.0
-    return _BORDER_RATIO * (steepest + 0.5 + min(max(beyond, -0.5), 0.5)) / bands
+    return _BORDER_RATIO * (steepest + 0.5 + min(max(beyond, -0.5), 0.5)) / _BANDS
 
 
 def _sample(image: Array) -> Array:

@@ -17,7 +17,7 @@ from tactile_core.algorithms.arrays.shrinking import (
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
-# [ratio] Standard deviation of the smoothing over the step of the grid: . On the recorded three-
+# [ratio] Standard deviation of the smoothing over the step of the grid. On the recorded three-
 # colour balls the errors of the normals then stay within 0.1° of those at every pixel (ADR 30)
 _SIGMA_PER_STEP = 0.75
 _WINDOW_SIGMAS = 2.5  # [standard deviations] Half the width of the Gaussian window

@@ -49,7 +49,7 @@ def test_a_held_press_does_not_fade_while_the_lights_drift(unseen: Scene) -> Non
         drifted = np.rint(frame.pixels * (1 + 0.003 * minute * drift))
         now = pipeline.process(replace(frame, pixels=drifted.astype(np.uint8), sequence=minute))
         assert on_balls(now[Gradients], grid)[0].mean() < 1.6
-        assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.02)
+        assert now[ContactMask].area_mm2 == pytest.approx(before[ContactMask].area_mm2, rel=0.03)
         assert now[HeightMap].mm.max() == pytest.approx(before[HeightMap].mm.max(), rel=0.05)
 
 

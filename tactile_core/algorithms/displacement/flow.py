@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Float32
 
@@ -22,8 +23,6 @@ _GREY = 128.0
 _CONTRAST = 40.0
 # [ratio] Margin by which the noise energy that is subtracted exceeds its estimate
 _NOISE_FACTOR = 1.2
-# [standard deviations] Median of the magnitude of a normal variable: maths
-_MEDIAN_OF_NORMAL = 0.6745
 _SAMPLE_STEP_PX = 3  # [px] Every how many pixels the noise is sampled: for speed
 # [ratio] Regularises the normalised convolution, so that motion fades out far from any texture
 _MIN_WEIGHT = 0.1
@@ -170,5 +169,4 @@ def _noise_energy(change: Float32) -> float:
     """
     step = _SAMPLE_STEP_PX
     residual = cv2.filter2D(change, cv2.CV_32F, _NOISE_KERNEL)[1:-1:step, 1:-1:step]
-    sigma = np.median(np.abs(residual).astype(np.float64)) / _MEDIAN_OF_NORMAL
-    return float(_NOISE_FACTOR * sigma**2)
+    return float(_NOISE_FACTOR * sigma_of(residual.ravel()) ** 2)

@@ -122,11 +122,6 @@ class ElasticLayer(Response):
     elastomer : Elastomer
     dtype : float32 or float64
         Type of all computations; float32 is accurate to 1e-6 of the largest displacement.
-    against : Elastomer, optional
-        A soft layer that is pressed onto this one: displacements are then the sum of both normal
-        ones, and the relative tangential ones.
-    weight : float
-        Factor on the displacements of the other layer.
 
     References
     ----------
@@ -139,15 +134,9 @@ class ElasticLayer(Response):
         grid: SurfaceGrid,
         elastomer: Elastomer,
         dtype: DTypeLike = np.float32,
-        *,
-        against: Elastomer | None = None,
-        weight: float = 1.0,
     ) -> None:
         self.grid, self.elastomer = grid, elastomer
-        symbols = _symbols(grid, elastomer)
-        if against is not None:
-            symbols = _add_compliances(symbols, _symbols(grid, against), weight)
-        super().__init__(grid.shape, symbols, dtype)
+        super().__init__(grid.shape, _symbols(grid, elastomer), dtype)
         self._near: tuple[tuple[int, int], Response] | None = None
 
     def near(self, shape: tuple[int, int]) -> Response:
@@ -199,15 +188,6 @@ def _symbols(grid: SurfaceGrid, elastomer: Elastomer) -> Symbols:
         yy,
         (compliance.along - compliance.across) * cos * sin * below_nyquist,
     )
-
-
-def _add_compliances(one: Symbols, other: Symbols, weight: float) -> Symbols:
-    """Add the compliances of two layers that press on each other.
-
-    Both surfaces spread alike under the same pressure, so their coupling is subtracted.
-    """
-    weights = weight, -weight, weight, weight, weight
-    return Symbols(*(a + part * b for a, b, part in zip(one, other, weights, strict=True)))
 
 
 def _round(part: int, whole: int) -> int:

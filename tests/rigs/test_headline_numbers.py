@@ -18,10 +18,10 @@ pytestmark = [pytest.mark.recordings, pytest.mark.headline]
 SIX_LED_DEG = {"001 → 002": 0.87, "002 → 001": 1.00}
 FOUR_COLOUR_DEG = {"001 → 002": 1.24, "002 → 001": 1.24}
 PRESSES_DEG = {
-    "objectfolder": {"even → odd": 2.34, "odd → even": 2.20},
+    "objectfolder": {"even → odd": 2.32, "odd → even": 2.20},
     "wedge": {"even → odd": 2.61, "odd → even": 2.33},
-    "gelsight_mini": {"even → odd": 1.84, "odd → even": 2.09},
-    "hex_fingertip": {"even → odd": 6.51, "odd → even": 5.27},
+    "gelsight_mini": {"even → odd": 1.82, "odd → even": 2.11},
+    "hex_fingertip": {"even → odd": 6.38, "odd → even": 5.33},
 }
 SPHERE = {"objectfolder": 0.03, "wedge": 0.04, "gelsight_mini": 0.02}
 GROOVES_PERCENT = {"upper → lower": 4.42, "lower → upper": 2.35}

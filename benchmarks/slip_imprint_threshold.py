@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.algorithms.markers import find_marker_lattice
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
 from tactile_core.sim.stage import VirtualStage
 
@@ -72,10 +72,10 @@ def _sequence(
     """Stick share, change, motion, distance in mm, its deviation, and true distance by frame."""
     stage = VirtualStage(PROFILE, seed=seed, overrides={"gel": {"friction": friction}})
     pixels, markers_px = stage.frame().pixels, stage.truth().markers_px
-    found = find_marker_diameter(pixels)
+    found = find_marker_lattice(pixels)
     if found is None:
         raise SystemExit(f"{PROFILE} shows no markers")
-    tracker = ImprintTracker(pixels, markers_px, found[0], stage.profile.image.mm_per_px)
+    tracker = ImprintTracker(pixels, markers_px, found.diameter_px, stage.profile.image.mm_per_px)
     depth_mm, options = OBJECTS[kind]
     stage.indenter(kind, **options)
     for number in range(PRESSED):

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from tactile_core import SlipState, open_sensor
-from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
+from tactile_core.algorithms.markers import find_marker_lattice, marker_mask
 from tactile_core.recordings.recording import open_recording
 
 LIFT_FRAME = 5
@@ -146,10 +146,10 @@ def _trial(
 ) -> Trial:
     """Measure one trial by a profile's chain from the first frame."""
     images = _images(source)[window]
-    found = find_marker_diameter(images[0])
+    found = find_marker_lattice(images[0])
     if found is None:
         raise SystemExit(f"{source}: no markers found")
-    weakness = -_relief(images[0], *found)
+    weakness = -_relief(images[0], found.diameter_px, found.pitch_px)
     degrees, alarms = _measured(source, profile, window)
     return Trial(object_, source.name, slipped, degrees, alarms, weakness)
 

@@ -15,7 +15,7 @@ from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
 from tactile_core.algorithms.light_change import change_in_detail
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
 from tactile_core.algorithms.marker_tracking.pairing import GROWTH
-from tactile_core.conditioning.conditioning import ONLY_DARK, MarkerFinder
+from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -163,7 +163,7 @@ def _join_masks(now: Bool | None, before: Bool | None) -> Bool | None:
 
 
 class MarkerDetection(Estimator):
-    """Detect round, square and triangular markers in a single frame.
+    """Detect dark or bright markers of any compact shape in a single frame.
 
     The method is :func:`find_markers <tactile_core.algorithms.markers.find_markers>`. Detections
     have no identity; the tracking step assigns it.
@@ -175,9 +175,9 @@ class MarkerDetection(Estimator):
         super().__init__(options, context)
         if context.gel.markers == "auto":
             raise InputError(
-                f"'gel.markers: auto' finds no lattice of markers in the reference; give their "
-                f"{{pitch_mm: …, diameter_mm: …}}, or 'markers: null' if none are printed "
-                f"({ONLY_DARK})"
+                "'gel.markers: auto' finds no lattice of markers in the reference; give their "
+                "{pitch_mm: …, diameter_mm: …}, with 'tone: bright' if they are brighter than "
+                "the gel, or 'markers: null' if none are printed"
             )
         self._finder = MarkerFinder.for_gel(context)
 

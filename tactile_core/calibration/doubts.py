@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tactile_core.algorithms.markers import find_marker_diameter
+from tactile_core.algorithms.markers import find_marker_lattice
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import TargetSurface
@@ -134,10 +134,10 @@ def _pitch(reference: Reference, gel: Gel, mm_per_px: float) -> str:
     """Compare the pitch of the markers in the image with the profile's."""
     if not isinstance(gel.markers, Markers):
         return ""
-    found = find_marker_diameter(np.asarray(reference.pixels))
+    found = find_marker_lattice(np.asarray(reference.pixels))
     if found is None:
         return ""
-    pitch_mm = found[1] * mm_per_px
+    pitch_mm = found.pitch_px * mm_per_px
     # [ratio] Largest deviation of the marker pitch in the reference from the profile's. Source: by
     # hand, larger than the perspective of a tilted camera leaves, and as much as a calibration's
     # radius may be off before it is reported.

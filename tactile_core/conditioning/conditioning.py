@@ -11,9 +11,10 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.drift import ReferenceLevels, divide_by_gains
 from tactile_core.algorithms.markers import (
+    Tone,
     contrast_of,
-    detectable_diameter,
     expected_count,
+    find_detectable_lattice,
     find_markers,
     marker_mask,
     mask_of,
@@ -26,14 +27,12 @@ from tactile_core.interfaces.component import GelImage
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Reference
 
-# What every message about missing markers says.
-ONLY_DARK = "only dark markers are detected, not white or coloured dots and pins"
-
 
 @dataclass(frozen=True)
 class MarkerFinder:
-    """Finds dark printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
+    """Finds printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
 
+    tone: Tone
     diameter_px: float
     pitch_px: float
 
@@ -50,18 +49,19 @@ class MarkerFinder:
         if markers is None:
             return None
         if isinstance(markers, Markers):
-            return cls(markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px)
+            sizes_px = markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px
+            return cls(markers.tone, *sizes_px)
         if reference is None:
             raise InputError(
                 "'gel.markers: auto' needs a reference image to detect the markers in; "
                 "give --reference"
             )
-        found = detectable_diameter(np.asarray(reference.pixels))
-        return None if found is None else cls(*found[:2])
+        found = find_detectable_lattice(np.asarray(reference.pixels))
+        return None if found is None else cls(*found[0])
 
     def find(self, pixels: Pixels) -> Bool:
         """Return the mask of the markers and their rims, (H, W) bool."""
-        return marker_mask(pixels, diameter_px=self.diameter_px)
+        return marker_mask(pixels, diameter_px=self.diameter_px, tone=self.tone)
 
     def mask_frame(self, frame: Frame) -> Frame:
         """Return the frame with its marker mask and marker contrast."""
@@ -85,6 +85,7 @@ class MarkerFinder:
         return contrast_of(
             frame.pixels,
             diameter_px=self.diameter_px,
+            tone=self.tone,
             halves=frame.halves if isinstance(frame, Frame) and self._halves else None,
         )
 
@@ -99,16 +100,31 @@ class MarkerFinder:
         if not too_few(count, shape, self.pitch_px):
             return ""
         return (
-            f"the reference shows {count} markers of {self.diameter_px:.1f} px, but about "
-            f"{expected_count(shape, self.pitch_px)} every {self.pitch_px:.1f} px would fill the "
-            f"image; correct 'gel.markers' (its diameter first) or take a sharper reference, or "
-            f"set 'markers: null' for a gel without ({ONLY_DARK})"
+            f"the reference shows {count} {self.tone} markers of {self.diameter_px:.1f} px, but "
+            f"about {expected_count(shape, self.pitch_px)} every {self.pitch_px:.1f} px would fill "
+            f"the image; {self._remedy(reference)}"
+        )
+
+    def _remedy(self, reference: Reference) -> str:
+        found = find_detectable_lattice(np.asarray(reference.pixels))
+        if found is None:
+            return (
+                "correct 'gel.markers' (its diameter first) or take a sharper reference, or set "
+                "'markers: null' for a gel without"
+            )
+        (tone, diameter_px, pitch_px), count = found
+        return (
+            f"it has {count} {tone} ones of {diameter_px:.1f} px every {pitch_px:.1f} px: correct "
+            f"'gel.markers' (its {'diameter' if tone == self.tone else 'tone'} first) or set "
+            f"'markers: auto'"
         )
 
     def with_markers(self, gel: Gel, mm_per_px: float) -> Gel:
-        """Return the gel with the detected pitch and diameter of its markers."""
+        """Return the gel with the detected tone, pitch and diameter of its markers."""
         markers = Markers(
-            pitch_mm=self.pitch_px * mm_per_px, diameter_mm=self.diameter_px * mm_per_px
+            pitch_mm=self.pitch_px * mm_per_px,
+            diameter_mm=self.diameter_px * mm_per_px,
+            tone=self.tone,
         )
         return gel.model_copy(update={"markers": markers})
 

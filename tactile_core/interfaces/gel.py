@@ -26,6 +26,10 @@ class Markers(Section):
 
     pitch_mm: PositiveFloat = Field(description="Distance between adjacent marker centres, mm.")
     diameter_mm: PositiveFloat = Field(description="Diameter of a marker, mm.")
+    tone: Literal["dark", "bright"] = Field(
+        default="dark",
+        description="Whether markers (dots, rings, pins) are darker or brighter than the gel.",
+    )
 
     @field_validator("diameter_mm")
     @classmethod
@@ -96,7 +100,7 @@ class Gel(Section):
     )
     markers: Markers | Literal["auto"] | None = Field(
         default=None,
-        description="Printed markers; auto measures pitch and diameter, null means none.",
+        description="Printed markers; auto measures tone, pitch and diameter, null means none.",
     )
 
     @field_validator("radius_mm")
@@ -198,9 +202,10 @@ class Coat(Section):
         description="Light that the gel surface loses per mm of indentation: exp(−absorption · "
         "height) remains. 0 for an opaque coating; sensors that measure darkness have about 1.",
     )
-    ink: Share = Field(
-        default=0.06,
-        description="Reflectance of a printed marker relative to the bare gel surface, 0 to 1.",
+    ink: Annotated[float, Field(ge=0, le=100)] | None = Field(
+        default=None,
+        description="Reflectance of a printed marker relative to the bare gel surface. Default: "
+        "0.06, and 2 for bright markers.",
     )
 
 

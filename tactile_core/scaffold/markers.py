@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.algorithms.markers import detectable_diameter, expected_count
+from tactile_core.algorithms.markers import Tone, expected_count, find_detectable_lattice
 from tactile_core.algorithms.markers.count import COUNT
-from tactile_core.conditioning.conditioning import ONLY_DARK
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 
@@ -39,8 +38,9 @@ class PictureFinding:
 
 @dataclass(frozen=True)
 class FoundMarkers:
-    """Typical diameter and pitch of the markers in the resulting image, and their number."""
+    """Tone, typical diameter and pitch of the markers in the resulting image, and their number."""
 
+    tone: Tone
     diameter_px: float
     pitch_px: float
     count: int
@@ -64,18 +64,17 @@ def find_markers(exposures: Sequence[Pixels]) -> FoundMarkers | None:
     -------
     FoundMarkers, or None without a lattice of markers
     """
-    brightest = _brightest(exposures)
-    found = detectable_diameter(brightest)
-    return (
-        None if found is None else FoundMarkers(*found, expected_count(brightest.shape, found[1]))
-    )
-
-
-def _brightest(exposures: Sequence[Pixels]) -> np.ndarray:
-    """Return each pixel's maximum over all lights: ink is dark in all, a slope bright in one."""
     planes = np.concatenate([np.atleast_3d(exposure) for exposure in exposures], axis=2)
     level = np.maximum(np.median(planes.reshape(-1, planes.shape[2]), axis=0), 1.0)
-    return np.asarray((planes / level.astype(np.float32)).max(axis=2))
+    relative = planes / level.astype(np.float32)
+    # Ink is dark, or bright, in all lights; a slope is bright in some and dark in others. Between
+    # the slopes of pressed objects, level gel is only as bright as most of it.
+    found = find_detectable_lattice(relative.max(axis=2), ["dark"])
+    found = found or find_detectable_lattice(relative.min(axis=2).clip(1), ["bright"])
+    if found is None:
+        return None
+    lattice, count = found
+    return FoundMarkers(*lattice, count, expected_count(planes.shape, lattice.pitch_px))
 
 
 def markers_finding(
@@ -99,6 +98,7 @@ def markers_finding(
                 "markers": {
                     "pitch_mm": float(f"{pitch_mm:.3g}"),
                     "diameter_mm": float(f"{diameter_mm:.2g}"),
+                    "tone": markers.tone,
                 }
             },
             noted=unlike or not markers.fits,
@@ -108,8 +108,7 @@ def markers_finding(
     return PictureFinding(
         "gel",
         f"{name} shows no lattice of markers, although {parent.name}'s gel has one. If this gel "
-        f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents "
-        f"({ONLY_DARK}).",
+        f"has markers, set {{pitch_mm: …, diameter_mm: …}}; otherwise they are measured as dents.",
         {"markers": None},
         noted=True,
     )

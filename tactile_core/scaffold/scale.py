@@ -12,7 +12,6 @@ import numpy as np
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.algorithms.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
-from tactile_core.conditioning.conditioning import ONLY_DARK
 from tactile_core.errors import InputError
 from tactile_core.formats.target import read_target
 from tactile_core.formats.text import shorten_repr
@@ -247,7 +246,7 @@ def measure_scale(
             what = what.removeprefix("a ")
             remedy = "an even, sharp image in which it repeats six times or more in each direction"
             if method.kind == "markers":
-                remedy = f"a sharper image of the undeformed gel ({ONLY_DARK}), or another --scale"
+                remedy = "a sharper image of the undeformed gel, or another --scale"
             raise InputError(f"--scale {method.kind}: the image shows no {what}; give {remedy}")
         return scale
     if method.points_px:

@@ -21,6 +21,7 @@ from tactile_core.sim.gel_surface import GelSurface
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.faults import Faults
+from tactile_core.sim.optics.markers import reflectance_of_ink
 from tactile_core.sim.optics.rig import RigOptics
 from tactile_core.sim.optics.sources import Coating
 
@@ -238,7 +239,7 @@ def _optics(profile: Profile, draw: _Draw) -> Optics:
             "specular": float(np.clip(coating.specular + draw.offset(0.1), 0, 1)),
             "roughness": coating.roughness * draw.factor(0.2),
             "grain": coat.grain * draw.factor(0.5),
-            "ink": draw.share(coat.ink, 0.5),
+            "ink": reflectance_of_ink(profile) * draw.factor(0.5),
         },
         "sensor": {
             "exposure": draw.share(sensor.exposure, 0.15, 0.95),

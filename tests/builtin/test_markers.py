@@ -14,8 +14,15 @@ from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, MarkerDetections, Reference
+from tactile_core.quantities import (
+    DisplacementField,
+    Frame,
+    MarkerDetections,
+    MarkerField,
+    Reference,
+)
 from tactile_core.sim.optics import RigOptics
+from tactile_core.sim.stage import VirtualStage
 
 CHAIN = {"estimators": {"markers": {"use": "core.markers"}, "height": None, "contact": None}}
 
@@ -52,6 +59,24 @@ def test_pitch_and_diameter_are_found_with_auto() -> None:
     profile, frame = rig(gel={"markers": "auto"})
     reading = Pipeline(profile, reference=reference_of(frame)).process(frame)
     assert len(reading[MarkerDetections].centres_px) == 14 * 10
+
+
+@pytest.mark.parametrize("ink", [1.4, 2.0])
+def test_white_markers_show_the_same_displacement_as_black_ones(ink: float) -> None:
+    white = {"gel": {"markers": {"tone": "bright"}}, "optics": {"coat": {"ink": ink}}}
+    fields = []
+    for look in ({}, white):
+        stage = VirtualStage("hex_fingertip", seed=3, overrides=look)
+        pipeline = Pipeline(stage.profile, reference=reference_of(stage.frame()))
+        stage.indenter("sphere", diameter_mm=8, x_mm=0.5, y_mm=-0.4)
+        stage.press(depth_mm=0.4)
+        pipeline.process(stage.frame())
+        stage.shear(0.3, 0.2, steps=3)
+        reading = pipeline.process(stage.frame())
+        assert len(reading[MarkerField].px) == 192
+        fields.append(reading[DisplacementField].mm)
+    black_mm, white_mm = fields
+    assert np.abs(white_mm - black_mm).max() < 0.06 * np.abs(black_mm).max()
 
 
 def test_a_gel_without_markers_gives_no_detections() -> None:

@@ -9,7 +9,7 @@ from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.quantities import Frame
+from tactile_core.quantities import Frame, Reference
 
 IMAGE = ImageSection(width_px=120, height_px=90, mm_per_px=0.05)
 PRINTED = Gel(markers=Markers(pitch_mm=1.0, diameter_mm=0.4))
@@ -21,7 +21,7 @@ def test_a_gel_without_markers_needs_no_finder() -> None:
 
 def test_millimetres_of_the_gel_become_pixels_of_the_image() -> None:
     assert MarkerFinder.for_gel(SimpleNamespace(gel=PRINTED, image=IMAGE)) == MarkerFinder(
-        8.0, 20.0
+        "dark", 8.0, 20.0
     )
 
 
@@ -30,11 +30,22 @@ def test_markers_of_unknown_size_need_a_reference() -> None:
         MarkerFinder.for_gel(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE))
 
 
+def test_markers_of_the_other_tone_are_named_with_the_key_to_correct() -> None:
+    y, x = np.mgrid[:90, :120]
+    white = np.where(np.hypot((x % 20) - 10, (y % 20) - 10) <= 4, 200, 90).astype(np.uint8)
+    reference = Reference(white[..., np.newaxis].repeat(3, 2), ("red", "green", "blue"), 255)
+    said = MarkerFinder("dark", 8.0, 20.0).explain_miscount(reference)
+    assert "it has 30 bright ones of" in said
+    assert "(its tone first)" in said
+    assert MarkerFinder("bright", 8.0, 20.0).explain_miscount(reference) == ""
+    assert MarkerFinder.for_gel(SimpleNamespace(gel=Gel(markers="auto"), image=IMAGE), reference)
+
+
 def test_the_mask_covers_the_markers_and_little_else() -> None:
     y, x = np.mgrid[:90, :120]
     printed = np.hypot((x % 20) - 10, (y % 20) - 10) <= 4
     pixels = np.where(printed, 40, 160).astype(np.uint8)[..., np.newaxis].repeat(3, 2)
-    found = MarkerFinder(8.0, 20.0)
+    found = MarkerFinder("dark", 8.0, 20.0)
     marked = found.mask_frame(Frame(pixels, ("red", "green", "blue"), IMAGE.mm_per_px))
     assert marked.marker_mask is not None
     assert marked.marker_mask[printed].all()

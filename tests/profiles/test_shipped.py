@@ -62,17 +62,17 @@ def test_the_markers_of_the_wedge_match_its_profile(recordings: Path) -> None:
     import numpy as np
 
     from tactile_core.acquisition.geometry import ImageGeometry
-    from tactile_core.algorithms.markers import find_marker_diameter
+    from tactile_core.algorithms.markers import find_marker_lattice
 
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
     undeformed = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))
     assert undeformed is not None
     straight = ImageGeometry(wedge.image).apply(cv2.cvtColor(undeformed, cv2.COLOR_BGR2RGB))
-    found = find_marker_diameter(np.asarray(straight))
+    found = find_marker_lattice(np.asarray(straight))
     assert found is not None
     markers = wedge.gel.markers
     assert isinstance(markers, Markers)
-    diameter_mm, pitch_mm = np.multiply(found, wedge.image.mm_per_px)
+    diameter_mm, pitch_mm = np.multiply(found[1:], wedge.image.mm_per_px)
     assert pitch_mm == pytest.approx(markers.pitch_mm, rel=0.02)
     # measured at half contrast; the profile's diameter includes a blurred rim of a pixel per side
     assert diameter_mm < markers.diameter_mm < diameter_mm + 2 * wedge.image.mm_per_px

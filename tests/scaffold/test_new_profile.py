@@ -122,8 +122,7 @@ def test_a_gel_without_markers_is_reported_from_a_parent_with_them(
 ) -> None:
     made = new_profile("mine", "hex_fingertip", picture, scale="0.125")
     assert saved(made, tmp_path).gel.markers is None
-    (note,) = (note for note in made.notes if "no lattice of markers" in note)
-    assert "only dark markers are detected, not white or coloured dots and pins" in note
+    assert any("no lattice of markers" in note for note in made.notes)
 
 
 def test_the_parents_camera_is_not_taken_for_this_sensors(picture: Path, tmp_path: Path) -> None:
@@ -353,7 +352,7 @@ def test_an_image_with_any_name_gives_a_valid_profile(tmp_path: Path, special: s
 
 def test_a_marker_count_that_does_not_fit_the_pitch_is_reported() -> None:
     parent = load_profile(UNMARKED)
-    found = markers_finding(FoundMarkers(3.4, 14.3, 29, 199), parent, 0.14, "image.png")
+    found = markers_finding(FoundMarkers("dark", 3.4, 14.3, 29, 199), parent, 0.14, "image.png")
     assert found is not None
     assert found.noted
     assert "29 are found" in found.comment

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -12,29 +12,34 @@ from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, UInt8
 from tactile_core.errors import InputError
 
-FULL = 255  # Contrast of a pixel that reflects no light at all
+FULL = 255  # Contrast of a dark marker that reflects no light at all
+
+Tone = Literal["dark", "bright"]
 
 
-# [marker diameters] Side of the square of the closing that estimates the background. Darker
-# structures that are wider than this are background: chosen on recorded markers (ADR 25)
+# [marker diameters] Side of the square of the closing or opening that estimates the background.
+# Structures that are wider than this are background: chosen on recorded markers (ADR 25)
 _CLOSING_DIAMETERS = 2.2
-# [share of full scale] Lower bound of the background, so that noise in a dark image does not become
-# contrast
-_DARKEST_BACKGROUND = 0.08
+# [share of full scale] Lower bound of the background, and of bright markers, so that noise in a
+# dark image does not become contrast
+_DARKEST = 0.08
 # [px] The image is reduced by a whole factor as long as a marker keeps this diameter: for speed
 _COARSE_DIAMETER_PX = 6.0
-# [share of the background] Pixels that lose at least this share of the light are masked as marker
+# [share of the brighter] Pixels that differ by at least this share are masked as marker
 _MASKED_CONTRAST = 0.12
 
 
-def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = None) -> UInt8:
-    """Return how much darker each pixel is than its background.
+def contrast_of(
+    pixels: Array, *, diameter_px: float, tone: Tone = "dark", halves: UInt8 | None = None
+) -> UInt8:
+    """Return how much darker, or brighter, each pixel is than its background.
 
-    The background is a morphological closing of the same frame, wide enough to remove a marker.
-    The contrast is the bottom-hat transform divided by that background, so it is insensitive to
-    the strength and color of the illumination and to shading that is wider than a marker. The
-    papers subtract a blurred first frame instead [1]_, which no longer fits once a contact changes
-    the shading. Images with large markers are reduced first.
+    The background is a morphological closing of the same frame, or an opening for bright markers,
+    wide enough to remove a marker. The contrast is the difference divided by the background, or by
+    the brightest marker within as wide a window, so it is insensitive to the strength and color of
+    the illumination and to shading that is wider than a marker. The papers subtract a blurred first
+    frame instead [1]_, which no longer fits once a contact changes the shading. Images with large
+    markers are reduced first.
 
     Parameters
     ----------
@@ -42,14 +47,16 @@ def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = Non
         The image.
     diameter_px : float
         Diameter of a marker.
+    tone : {"dark", "bright"}
+        Whether markers are darker or brighter than the gel, in the mean over the channels.
     halves : (H / 2, W / 2, 3) uint8, optional
         The means over 2 × 2 pixels, if they are known.
 
     Returns
     -------
     (H // n, W // n) uint8
-        0 for the background, 255 for a pixel without any light. The factor n is 1 to 4; a reduced
-        marker still measures 6 pixels.
+        0 for the background, 255 for a pixel without any light, or on a background without any.
+        The factor n is 1 to 4; a reduced marker still measures 6 pixels.
 
     Raises
     ------
@@ -65,16 +72,14 @@ def contrast_of(pixels: Array, *, diameter_px: float, halves: UInt8 | None = Non
     if not diameter_px > 0:
         raise InputError(f"markers of {diameter_px} px cannot be found; give a positive diameter")
     times = reduction(diameter_px)
-    reach = _closing_reach(diameter_px / times)
+    size_px = diameter_px / times
     if halves is not None and times % 2 == 0:
         pixels, times = halves, times // 2
     brightness = brightness_of(pixels, times)
-    background = _close_brightness(brightness, reach)
-    lost = cv2.subtract(background, brightness)
-    if lost.dtype == np.uint8:
-        return np.asarray(cv2.divide(lost, background, scale=FULL), np.uint8)
-    relative = cv2.divide(lost, background, scale=FULL, dtype=cv2.CV_32F)
-    return np.asarray(cv2.convertScaleAbs(relative))
+    if brightness.dtype != np.uint8:
+        brightness = brightness.astype(np.float32)
+    contrast = compare_with_background(brightness, size_px, tone=tone, scale=FULL)
+    return np.asarray(cv2.convertScaleAbs(contrast))
 
 
 def reduction(diameter_px: float) -> int:
@@ -103,20 +108,25 @@ def brightness_of(pixels: Array, times: int) -> Array:
     return cv2.transform(pixels, share).reshape(pixels.shape[:2])
 
 
-def background_of(brightness: Array, diameter_px: float) -> Array:
-    """Brightness (h, w) with the markers closed, bounded from below where the image is dark."""
-    return _close_brightness(brightness, _closing_reach(diameter_px))
+def compare_with_background(
+    brightness: Array, diameter_px: float, *, tone: Tone, scale: float = 1.0
+) -> Array:
+    """Return the contrast (h, w) of a brightness with its background, 0 to ``scale``, same dtype.
 
-
-def _closing_reach(diameter_px: float) -> int:
-    return round(0.5 * _CLOSING_DIAMETERS * diameter_px)
-
-
-def _close_brightness(brightness: Array, reach: int) -> Array:
-    closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(reach))
-    full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    darkest: Any = _DARKEST_BACKGROUND * full  # OpenCV's type hints omit scalars
-    return np.asarray(cv2.max(closed, darkest))
+    The brightness is uint8 or float32.
+    """
+    window = square(round(0.5 * _CLOSING_DIAMETERS * diameter_px))
+    method = cv2.MORPH_CLOSE if tone == "dark" else cv2.MORPH_OPEN
+    background = cv2.morphologyEx(brightness, method, window)
+    full = FULL if brightness.dtype == np.uint8 else max(float(brightness.max()), 1e-6)
+    darkest: Any = _DARKEST * full  # OpenCV's type hints omit scalars
+    background = cv2.max(background, darkest)
+    if tone == "dark":
+        difference, brightest = cv2.subtract(background, brightness), background
+    else:
+        above = cv2.max(brightness, background)
+        difference, brightest = cv2.subtract(above, background), cv2.dilate(above, window)
+    return np.asarray(cv2.divide(difference, brightest, scale=scale))
 
 
 def _shrink_pixels(pixels: Array, times: int) -> Array:
@@ -132,8 +142,14 @@ def square(reach: int) -> UInt8:
     return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
 
 
-def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _MASKED_CONTRAST) -> Bool:
-    """Mask the dark markers of an image, with a rim of one pixel.
+def marker_mask(
+    pixels: Array,
+    *,
+    diameter_px: float,
+    tone: Tone = "dark",
+    contrast: float = _MASKED_CONTRAST,
+) -> Bool:
+    """Mask the markers of an image, with a rim of one pixel.
 
     Parameters
     ----------
@@ -141,8 +157,10 @@ def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _MASKED_
         The image.
     diameter_px : float
         Diameter of a marker.
+    tone : {"dark", "bright"}
+        Whether markers are darker or brighter than the gel.
     contrast : float
-        Minimum share of the light that a marker absorbs.
+        Minimum contrast of a marker, as a share of the brighter of marker and gel.
 
     Returns
     -------
@@ -153,9 +171,8 @@ def marker_mask(pixels: Array, *, diameter_px: float, contrast: float = _MASKED_
     InputError
         The image is not (H, W, K), or the diameter is not positive.
     """
-    return mask_of(
-        contrast_of(pixels, diameter_px=diameter_px), pixels.shape[:2], min_contrast=contrast
-    )
+    found = contrast_of(pixels, diameter_px=diameter_px, tone=tone)
+    return mask_of(found, pixels.shape[:2], min_contrast=contrast)
 
 
 def mask_of(
@@ -173,12 +190,12 @@ def mask_of(
     shape : (H, W)
         Shape of the image.
     min_contrast : float
-        Minimum share of the light that a marker absorbs.
+        Minimum contrast of a marker, as a share of the brighter of marker and gel.
 
     Returns
     -------
     (H, W) bool
     """
     _, above = cv2.threshold(contrast, min_contrast * FULL, 1, cv2.THRESH_BINARY)
-    dark = np.asarray(above, np.uint8)
-    return np.asarray(cv2.dilate(repeat_pixels(dark, shape), square(1))).view(np.bool_)
+    marked = np.asarray(above, np.uint8)
+    return np.asarray(cv2.dilate(repeat_pixels(marked, shape), square(1))).view(np.bool_)

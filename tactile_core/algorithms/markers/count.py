@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple, get_args
+
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, spacings
 from tactile_core.algorithms.markers.contrast import (
-    background_of,
+    Tone,
     brightness_of,
     check_image,
+    compare_with_background,
     contrast_of,
 )
 from tactile_core.algorithms.markers.detection import find_markers, find_spots
@@ -39,27 +43,40 @@ _PITCH_TOLERANCE = 0.2
 # [marker diameters] Minimum pitch; a weave has spots that nearly touch: at half of the three
 # diameters of the 2015 paper
 _MIN_PITCH_DIAMETERS = 1.5
+_AROUND_PITCHES = 3  # [pitches] Side of the square whose mean separates bright from dark
 # [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and of
 # any spot
 _MIN_AREA = 0.2
 _MIN_AREA_PX: float = 3
 
 
-def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
-    """Find the diameter and the pitch of printed markers, if the gel has any.
+TONES: tuple[Tone, ...] = get_args(Tone)
 
-    Many diameters are tried. For each, dark spots count that are compact and close to that
-    diameter, and most of them must have their nearest neighbour at the same distance. The diameter
-    whose spots absorb most light wins.
+
+class Lattice(NamedTuple):
+    """Printed markers of an undeformed gel: tone, diameter and pitch."""
+
+    tone: Tone
+    diameter_px: float
+    pitch_px: float
+
+
+def find_marker_lattice(pixels: Array, tones: Sequence[Tone] = TONES) -> Lattice | None:
+    """Find the tone, the diameter and the pitch of printed markers, if the gel has any.
+
+    The tones and many diameters are tried. For each, spots count that are compact and close to
+    that diameter, and most of them must have their nearest neighbour at the same distance. The
+    diameter whose spots differ most from the gel, in their sum, wins.
 
     Parameters
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
         Image of the undeformed gel surface.
+    tones : sequence of {"dark", "bright"}
 
     Returns
     -------
-    (diameter_px, pitch_px) or None
+    Lattice or None
         None where fewer than twelve regular markers are found.
 
     Raises
@@ -71,20 +88,28 @@ def find_marker_diameter(pixels: Array) -> tuple[float, float] | None:
     smallest_px = _SMALLEST_DIAMETER_PX
     largest_px = min(pixels.shape[:2]) / _DIAMETERS_PER_SIDE
     count = max(0, int(np.log(largest_px / smallest_px) / np.log(_LATTICE_DIAMETER_STEP)) + 1)
-    tried = [_lattice(pixels, smallest_px * _LATTICE_DIAMETER_STEP**i) for i in range(count)]
-    found = [lattice for lattice in tried if lattice is not None]
-    if not found:
-        return None
-    _, diameter_px, pitch_px = max(found)
-    return diameter_px, pitch_px
+    diameters_px = [smallest_px * _LATTICE_DIAMETER_STEP**i for i in range(count)]
+    brightness = brightness_of(pixels, 1).astype(np.float32)
+    tried = [_lattice(brightness, d, tone) for tone in tones for d in diameters_px]
+    found = sorted(lattice for lattice in tried if lattice is not None)
+    if len({lattice.tone for _, lattice in found}) == 2:
+        tone = _tone_of_minority(brightness, found[-1][1].pitch_px)
+        found = [scored for scored in found if scored[1].tone == tone]
+    return found[-1][1] if found else None
 
 
-def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | None:
-    """(score, diameter, pitch) of the markers of about this diameter, if they form a lattice."""
+def _tone_of_minority(brightness: Array, pitch_px: float) -> Tone:
+    """Whether less of the surface is bright than dark: gaps between dots form a lattice, too."""
+    around = (round(_AROUND_PITCHES * pitch_px),) * 2
+    change = brightness / np.maximum(cv2.blur(brightness, around), 1e-6) - 1
+    return "bright" if (change**3).mean() > 0 else "dark"
+
+
+def _lattice(brightness: Array, diameter_px: float, tone: Tone) -> tuple[float, Lattice] | None:
+    """Score and size of the markers of about this diameter, if they form a lattice."""
     sigma_px = _SMOOTHING_PX + _SMOOTHING_DIAMETERS * diameter_px
-    brightness = cv2.GaussianBlur(brightness_of(pixels, 1).astype(np.float32), (0, 0), sigma_px)
-    background = background_of(brightness, diameter_px)
-    contrast = (background - brightness) / background
+    smooth = np.asarray(cv2.GaussianBlur(brightness, (0, 0), sigma_px))
+    contrast = compare_with_background(smooth, diameter_px, tone=tone)
     typical = _typical_peak(contrast, diameter_px)
     centres, sizes = _compact_spots(contrast > _PEAK_SHARE * typical)
     fitting = np.abs(np.log(sizes / diameter_px)) < np.log(_DIAMETER_RATIO)
@@ -99,8 +124,8 @@ def _lattice(pixels: Array, diameter_px: float) -> tuple[float, float, float] | 
     size = float(np.median(sizes[regular]))
     if pitch < _MIN_PITCH_DIAMETERS * size:
         return None
-    # the score is the light that the spots absorb: corners of larger markers form a lattice, too
-    return float(regular.sum()) * size**2 * typical, size, pitch
+    # the score is the sum of the contrast: corners of larger markers form a lattice, too
+    return float(regular.sum()) * size**2 * typical, Lattice(tone, size, pitch)
 
 
 def _typical_peak(contrast: Array, diameter_px: float) -> float:
@@ -114,9 +139,9 @@ def _typical_peak(contrast: Array, diameter_px: float) -> float:
     return float(np.median(maximum(contrast, spots.labels, large)))
 
 
-def _compact_spots(dark: Bool) -> tuple[Array, Array]:
+def _compact_spots(marked: Bool) -> tuple[Array, Array]:
     """Centres (N, 2) and diameters (N,) of the compact spots that do not touch the border."""
-    spots = find_spots(dark.view(np.uint8))
+    spots = find_spots(marked.view(np.uint8))
     low, high = spots.find_borders()
     keep = spots.compact & ~(low | high).any(axis=1) & (spots.area > _MIN_AREA_PX)
     return spots.centres[keep], np.sqrt(4 * spots.area[keep] / np.pi)
@@ -147,8 +172,10 @@ def too_few(count: int, shape: tuple[int, ...], pitch_px: float) -> bool:
     return count < COUNT.least_share * expected_count(shape, pitch_px)
 
 
-def detectable_diameter(pixels: Array) -> tuple[float, float, int] | None:
-    """Find a diameter of the printed markers with which they are detected.
+def find_detectable_lattice(
+    pixels: Array, tones: Sequence[Tone] = TONES
+) -> tuple[Lattice, int] | None:
+    """Find a diameter of the printed markers with which they are detected, and their number.
 
     The diameter at half contrast can be too small for blurred markers. It is then increased until
     the number of detected markers fits their pitch.
@@ -157,26 +184,25 @@ def detectable_diameter(pixels: Array) -> tuple[float, float, int] | None:
     ----------
     pixels : (H, W) or (H, W, K) uint8, uint16 or float32
         Image of the undeformed gel surface.
+    tones : sequence of {"dark", "bright"}
 
     Returns
     -------
-    (diameter_px, pitch_px, count) or None
+    (Lattice, count) or None
         The diameter at half contrast, if no larger one detects enough; None without markers.
     """
-    found = find_marker_diameter(pixels)
+    found = find_marker_lattice(pixels, tones)
     if found is None:
         return None
-    diameter_px, pitch_px = found
+    tone, diameter_px, pitch_px = found
     steps = max(0, int(np.log(COUNT.widest * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
     first = 0
     for step in range(steps + 1):
         larger_px = diameter_px * COUNT.diameter_step**step
-        centres_px, _ = find_markers(
-            contrast_of(pixels, diameter_px=larger_px),
-            (pixels.shape[0], pixels.shape[1]),
-            diameter_px=larger_px,
-        )
+        contrast = contrast_of(pixels, diameter_px=larger_px, tone=tone)
+        shape = pixels.shape[0], pixels.shape[1]
+        centres_px, _ = find_markers(contrast, shape, diameter_px=larger_px)
         if not too_few(len(centres_px), pixels.shape, pitch_px):
-            return larger_px, pitch_px, len(centres_px)
+            return found._replace(diameter_px=larger_px), len(centres_px)
         first = first or len(centres_px)
-    return diameter_px, pitch_px, first
+    return found, first

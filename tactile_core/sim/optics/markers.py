@@ -27,6 +27,8 @@ _AUTO_COLUMNS: float = 14
 _AUTO_DIAMETER_PITCHES = 0.36
 _BEYOND_PITCHES = 2  # [pitches] Rows and columns of markers outside each border of the image
 _BRIDGE_PITCHES = 1.2  # [ratio] Density of the ink between two merged markers
+# [relative to the bare surface] Reflectance of black ink, and of white ink on a grey coating
+_INK = {"dark": 0.06, "bright": 2.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,8 @@ class MarkerPrint:
     size_px : float
         Diameter of a round marker, side of a square or a triangle.
     shape : {"round", "square", "triangle"}
+    ink : float
+        Reflectance relative to the bare surface.
     worn : (N,) bool
         Missing markers.
     joined : (M, 2) int
@@ -53,6 +57,7 @@ class MarkerPrint:
     angles: Float64
     size_px: float
     shape: str
+    ink: float
     worn: NDArray[np.bool_]
     joined: NDArray[np.int_]
 
@@ -83,9 +88,9 @@ class MarkerPrint:
         centres = _mount_print(centres, profile)
         worn = faults.draw_worn(len(centres), seed)
         joined = faults.draw_joined(centres, seed)
-        return cls(centres, angles, size, look.shape, worn, joined)
+        return cls(centres, angles, size, look.shape, reflectance_of_ink(profile), worn, joined)
 
-    def reflectance(self, shape: tuple[int, int], centres_px: Float64, ink: float) -> Float32:
+    def reflectance(self, shape: tuple[int, int], centres_px: Float64) -> Float32:
         """Draw the markers at their current positions.
 
         Parameters
@@ -93,8 +98,6 @@ class MarkerPrint:
         shape : (height, width) in px
         centres_px : (N, 2) float
             x and y. Markers that are outside the image or not finite are skipped.
-        ink : float
-            Reflectance of the ink, relative to the bare surface.
 
         Returns
         -------
@@ -111,19 +114,17 @@ class MarkerPrint:
         )
         shares = 0.5 - self._outside(x[:, None], y[..., None], angles.astype(np.float32))
         np.clip(shares, 0, 1, out=shares)
-        shares *= np.float32(ink - 1)
-        shares += 1
         # a border for windows that are partly outside; the farthest centre is that of a blot
         beyond = int(np.ceil(_CORNER_SIZES * self.size_px)) + half + 1
-        bare = np.ones((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
-        flat, width = bare.reshape(-1), bare.shape[1]
+        covered = np.zeros((shape[0] + 2 * beyond, shape[1] + 2 * beyond), np.float32)
+        flat, width = covered.reshape(-1), covered.shape[1]
         first = (corner[:, 1] + beyond) * width + corner[:, 0] + beyond
         places = first[:, None, None] + (window[:, None] * width + window)
         flat[places] = shares
-        # where markers overlap, the darkest remains
-        while (lost := flat[places] > shares).any():
+        # where markers overlap, the larger share remains
+        while (lost := flat[places] < shares).any():
             flat[places[lost]] = shares[lost]
-        return bare[beyond:-beyond, beyond:-beyond]
+        return 1 + np.float32(self.ink - 1) * covered[beyond:-beyond, beyond:-beyond]
 
     def _blots(self, centres_px: Float64, shape: tuple[int, int]) -> tuple[Float64, Float64]:
         """Positions and rotations of all ink visible in an image.
@@ -187,6 +188,14 @@ class MarkerPrint:
         sides = np.radians(np.array([90, 210, 330], np.float32))
         reach = np.max([x * np.cos(a) + y * np.sin(a) for a in sides], axis=0)
         return np.asarray(reach - np.float32(self.size_px / (2 * np.sqrt(3))))
+
+
+def reflectance_of_ink(profile: SensorBuild) -> float:
+    """Return the reflectance of a profile's markers relative to the bare surface."""
+    markers, ink = profile.gel.markers, profile.optics.coat.ink
+    if ink is not None:
+        return ink
+    return _INK[markers.tone if isinstance(markers, Markers) else "dark"]
 
 
 def _mount_print(centres_px: Float64, profile: SensorBuild) -> Float64:

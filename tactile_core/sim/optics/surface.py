@@ -83,7 +83,6 @@ class Membrane:
         image, coat = profile.image, profile.optics.coat
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
-        self._ink = coat.ink
         self._absorption = np.float32(coat.absorption_per_mm)
         self.markers = MarkerPrint.from_profile(profile, faults, seed)
         self.rest_mm: Float32 | None = None
@@ -120,7 +119,7 @@ class Membrane:
         if self.markers is not None:
             if markers_px is None:
                 markers_px = self._carry_markers(self.markers.rest_px, displacement_mm)
-            reflectance = self.markers.reflectance(self._shape, markers_px, self._ink)
+            reflectance = self.markers.reflectance(self._shape, markers_px)
         if self._absorption:
             darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
             reflectance = darker if reflectance is None else reflectance * darker

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tactile_core.algorithms.markers import contrast_of, find_marker_diameter, find_markers
+from tactile_core.algorithms.markers import Tone, contrast_of, find_marker_lattice, find_markers
 from tactile_core.algorithms.markers.contrast import brightness_of
 from tactile_core.sim import VirtualStage
 from tactile_core.sim.optics.faults import Faults
@@ -27,25 +27,39 @@ SHAPE = (240, 320)
 FINER = 5
 
 
-def found(pixels: Array, size_px: float) -> tuple[Array, Array]:
-    contrast = contrast_of(pixels, diameter_px=size_px)
+def found(pixels: Array, size_px: float, tone: Tone = "dark") -> tuple[Array, Array]:
+    contrast = contrast_of(pixels, diameter_px=size_px, tone=tone)
     return find_markers(contrast, pixels.shape[:2], diameter_px=size_px)
 
 
-def lattice(pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE) -> Array:
-    """Centres a pitch apart with a jitter of an eighth of it, none near the border."""
+def lattice(
+    pitch_px: float, seed: int, shape: tuple[int, int] = SHAPE, *, jitter: float = 1 / 8
+) -> Array:
+    """Centres a pitch apart with a jitter of a share of it, none near the border."""
     rng = np.random.default_rng(seed)
     axes = (np.arange(pitch_px, side - 0.8 * pitch_px, pitch_px) for side in shape[::-1])
     centres = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
-    return np.asarray(centres + rng.uniform(-pitch_px / 8, pitch_px / 8, centres.shape))
+    return np.asarray(centres + pitch_px * rng.uniform(-jitter, jitter, centres.shape))
 
 
-def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -> Array:
+GREY, BLACK = 1.0, 0.03
+BLACK_INK, RED_INK, WHITE_INK, PIN = (0.25,) * 3, (0.9, 0.25, 0.25), (1.4,) * 3, (1.2,) * 3
+
+
+def photograph(
+    centres: Array,
+    size_px: float,
+    outline: str,
+    *,
+    seed: int = 0,
+    ink: tuple[float, float, float] = BLACK_INK,
+    gel: float = GREY,
+) -> Array:
     """Markers of one outline at random angles, blurred, with uneven illumination and noise."""
     rng = np.random.default_rng(seed)
     fine = np.zeros((SHAPE[0] * FINER, SHAPE[1] * FINER), np.uint8)
     for x, y in centres:
-        if outline == "round":
+        if outline in ("round", "ring"):
             corners = np.linspace(0, 2 * np.pi, 40)
             radius = size_px / 2
         else:
@@ -54,11 +68,14 @@ def photograph(centres: Array, size_px: float, outline: str, *, seed: int = 0) -
             radius = size_px / (2 * np.sin(np.pi / count))
         points = np.stack([x + radius * np.cos(corners), y + radius * np.sin(corners)], 1)
         cv2.fillPoly(fine, [np.rint(((points + 0.5) * FINER - 0.5) * 16).astype(int)], 255, 8, 4)
-    ink = cv2.resize(fine, SHAPE[::-1], interpolation=cv2.INTER_AREA).astype(np.float32) / 255
-    ink = cv2.GaussianBlur(ink, (0, 0), 1.0)
+        if outline == "ring":
+            hole = 0.3 * (points - [x, y]) / 0.5 + [x, y]
+            cv2.fillPoly(fine, [np.rint(((hole + 0.5) * FINER - 0.5) * 16).astype(int)], 0, 8, 4)
+    cover = cv2.resize(fine, SHAPE[::-1], interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    cover = cv2.GaussianBlur(cover, (0, 0), 1.0)[..., None]
     v, u = np.mgrid[: SHAPE[0], : SHAPE[1]] / np.array(SHAPE)[:, None, None]
     light = np.stack([90 + 90 * u, 180 - 110 * v, 150 - 80 * u + 40 * v], axis=2)
-    seen = light * (1 - 0.75 * ink[..., None]) + rng.normal(0, 1.5, light.shape)
+    seen = light * (gel + (np.array(ink) - gel) * cover) + rng.normal(0, 1.5, light.shape)
     return np.asarray(np.clip(np.rint(seen), 0, 255), np.uint8)
 
 
@@ -67,23 +84,45 @@ def misses(truth: Array, centres: Array) -> Array:
     return np.asarray(KDTree(centres).query(truth)[0])
 
 
-@settings(max_examples=20)
-@given(
-    st.sampled_from(["round", "square", "triangle"]),
-    st.floats(8, 20),
-    st.floats(2.6, 3.5),
-    st.integers(0, 2**32 - 1),
+outlines = st.sampled_from(["round", "square", "triangle", "ring"])
+looks = st.sampled_from(
+    [
+        ("dark", BLACK_INK, GREY),
+        ("dark", RED_INK, GREY),
+        ("bright", WHITE_INK, GREY),
+        ("bright", PIN, BLACK),
+    ]
 )
+Look = tuple[Tone, tuple[float, float, float], float]
+
+
+@settings(max_examples=40)
+@given(outlines, looks, st.floats(8, 20), st.floats(2.6, 3.5), st.integers(0, 2**32 - 1))
 def test_all_markers_and_nothing_else_are_found(
-    outline: str, size_px: float, ratio: float, seed: int
+    outline: str, look: Look, size_px: float, ratio: float, seed: int
 ) -> None:
+    tone, ink, gel = look
     truth = lattice(ratio * size_px, seed)
-    image = photograph(truth, size_px, outline, seed=seed)
-    centres, truncated = found(image, size_px)
+    image = photograph(truth, size_px, outline, seed=seed, ink=ink, gel=gel)
+    centres, truncated = found(image, size_px, tone)
     assert centres.dtype == np.float32
     assert len(centres) == len(truth)
     assert not truncated.any()
     assert np.sqrt((misses(truth, centres) ** 2).mean()) < 0.15
+
+
+@settings(max_examples=20)
+@given(outlines, looks, st.floats(8, 14), st.floats(2.6, 3.5), st.integers(0, 2**32 - 1))
+def test_tone_and_pitch_of_a_regular_print_are_found(
+    outline: str, look: Look, size_px: float, ratio: float, seed: int
+) -> None:
+    tone, ink, gel = look
+    regular = lattice(ratio * size_px, seed, jitter=1 / 40)
+    image = photograph(regular, size_px, outline, seed=seed, ink=ink, gel=gel)
+    layout = find_marker_lattice(image)
+    assert layout is not None
+    assert layout.tone == tone
+    assert layout.pitch_px == pytest.approx(ratio * size_px, rel=0.04)
 
 
 @pytest.mark.parametrize("gain", [0.4, 1.3])
@@ -164,10 +203,11 @@ def test_all_channels_have_equal_weight_in_the_brightness(dtype: type) -> None:
     assert np.abs(off).max() <= 0.51
 
 
+@pytest.mark.parametrize("tone", ["dark", "bright"])
 @pytest.mark.parametrize("level", [0, 5, 128, 255])
-def test_noise_without_markers_gives_no_detection(level: int) -> None:
+def test_noise_without_markers_gives_no_detection(level: int, tone: Tone) -> None:
     noise = np.random.default_rng(0).normal(0, 1, (*SHAPE, 3))
-    centres, truncated = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12)
+    centres, truncated = found(np.clip(level + noise, 0, 255).astype(np.uint8), 12, tone)
     assert centres.shape == (0, 2)
     assert truncated.shape == (0,)
 
@@ -214,25 +254,37 @@ def read(path: Path) -> Array:
     return np.asarray(image[..., ::-1])
 
 
+@pytest.mark.recordings
+def test_the_pins_of_a_real_tactip_are_found_and_bright(recordings: Path) -> None:
+    counts = []
+    for file in sorted((recordings / "tactip" / "surface" / "frames").iterdir())[:40]:
+        image = read(file)
+        layout = find_marker_lattice(image)
+        assert layout is not None
+        assert layout.tone == "bright"
+        counts.append(len(found(image, layout.diameter_px, "bright")[0]))
+    assert np.median(counts) == pytest.approx(127, abs=5)  # as many as the sensor has
+
+
 def of_recording(path: Path) -> list[tuple[Array, Array]]:
     """Markers of each frame of a folder; diameter and pitch come from the first."""
     frames = [read(file) for file in sorted(path.iterdir())]
-    layout = find_marker_diameter(frames[0])
+    layout = find_marker_lattice(frames[0])
     assert layout is not None
-    return [found(frame, layout[0]) for frame in frames]
+    return [found(frame, layout.diameter_px) for frame in frames]
 
 
 @pytest.mark.recordings
 def test_all_markers_of_a_real_fingertip_and_no_dirt_are_found(recordings: Path) -> None:
     folder = recordings / "three_colour" / "hex_fingertip"
-    layout = find_marker_diameter(read(folder / "frame0.jpg"))
+    layout = find_marker_lattice(read(folder / "frame0.jpg"))
     assert layout is not None
-    centres, _ = found(read(folder / "frame0.jpg"), layout[0])
+    centres, _ = found(read(folder / "frame0.jpg"), layout.diameter_px)
     assert len(centres) == 88  # counted by eye: nine rows of ten, of the last one eight
     nearest = KDTree(centres).query(centres, k=2)[0][:, 1]
-    assert nearest == pytest.approx(layout[1], rel=0.15)
+    assert nearest == pytest.approx(layout.pitch_px, rel=0.15)
     for name in ("Im_235_1336917.jpg", "Im_335_1337253.jpg"):
-        pressed, _ = found(read(folder / name), layout[0])
+        pressed, _ = found(read(folder / name), layout.diameter_px)
         assert 85 <= len(pressed) <= 88
 
 

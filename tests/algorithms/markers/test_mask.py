@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers import find_marker_diameter, marker_mask, mask_of
+from tactile_core.algorithms.markers import find_marker_lattice, marker_mask, mask_of
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]
@@ -100,16 +100,16 @@ def test_the_shading_of_a_contact_is_not_masked() -> None:
 @given(st.floats(4, 16), st.floats(2.5, 3.5), st.integers(0, 2**32 - 1))
 def test_diameter_and_pitch_are_found(diameter_px: float, ratio: float, seed: int) -> None:
     markers = dots((240, 320), ratio * diameter_px, diameter_px)
-    found = find_marker_diameter(photograph(coloured_light(markers.shape), markers, seed=seed))
+    found = find_marker_lattice(photograph(coloured_light(markers.shape), markers, seed=seed))
     assert found is not None
-    assert found[0] == pytest.approx(diameter_px, rel=0.2, abs=0.7)
-    assert found[1] == pytest.approx(ratio * diameter_px, rel=0.03)
+    assert found.diameter_px == pytest.approx(diameter_px, rel=0.2, abs=0.7)
+    assert found.pitch_px == pytest.approx(ratio * diameter_px, rel=0.03)
 
 
 def test_an_unmarked_gel_has_no_lattice() -> None:
     bare = photograph(coloured_light((240, 320)), np.zeros((240, 320), bool))
-    assert find_marker_diameter(bare) is None
-    assert find_marker_diameter(np.zeros((20, 30, 3), np.uint8)) is None
+    assert find_marker_lattice(bare) is None
+    assert find_marker_lattice(np.zeros((20, 30, 3), np.uint8)) is None
 
 
 @pytest.mark.parametrize("ratio", [1.2, 1.3])
@@ -117,7 +117,7 @@ def test_spots_that_nearly_touch_are_not_a_lattice(ratio: float) -> None:
     size_px = 10
     y, x = ((side % (ratio * size_px)) - ratio * size_px / 2 for side in np.mgrid[:240, :320])
     weave = np.where(np.hypot(x, y) < size_px / 2, 60, 160).astype(np.float32)
-    assert find_marker_diameter(cv2.GaussianBlur(weave, (0, 0), 0.7).astype(np.uint8)) is None
+    assert find_marker_lattice(cv2.GaussianBlur(weave, (0, 0), 0.7).astype(np.uint8)) is None
 
 
 def test_random_specks_are_not_a_lattice() -> None:
@@ -126,10 +126,10 @@ def test_random_specks_are_not_a_lattice() -> None:
     for x, y in rng.uniform(10, 230, (60, 2)):
         yy, xx = np.mgrid[:240, :320]
         markers |= np.hypot(xx - x, yy - y) < 4
-    assert find_marker_diameter(photograph(coloured_light(markers.shape), markers)) is None
+    assert find_marker_lattice(photograph(coloured_light(markers.shape), markers)) is None
 
 
-@pytest.mark.parametrize("call", [find_marker_diameter, lambda p: marker_mask(p, diameter_px=5)])
+@pytest.mark.parametrize("call", [find_marker_lattice, lambda p: marker_mask(p, diameter_px=5)])
 def test_an_array_that_is_not_an_image_is_refused(call: Any) -> None:
     with pytest.raises(InputError, match="an image is"):
         call(np.zeros(5, np.uint8))
@@ -157,11 +157,11 @@ def spots(mask: Bool, least_px: int) -> Iterator[Array]:
 @pytest.mark.recordings
 def test_the_markers_of_the_hexagonal_fingertip_are_found(recordings: Path) -> None:
     folder = recordings / "three_colour" / "hex_fingertip"
-    found = find_marker_diameter(read(folder / "frame0.jpg"))
+    found = find_marker_lattice(read(folder / "frame0.jpg"))
     assert found is not None
-    assert found[1] == pytest.approx(1.71 / 0.03026, rel=0.03)
+    assert found.pitch_px == pytest.approx(1.71 / 0.03026, rel=0.03)
     for path in sorted(folder.glob("*.jpg")):
-        mask = marker_mask(read(path), diameter_px=found[0])
+        mask = marker_mask(read(path), diameter_px=found.diameter_px)
         assert 72 <= len(list(spots(mask, 80))) <= 95
         assert mask.mean() < 0.12
 
@@ -174,11 +174,11 @@ def test_the_markers_of_the_pressed_wedge_are_found(recordings: Path) -> None:
     warp = cv2.getPerspectiveTransform(source, target)
     names = ["bg-0.jpg", "ball-7.jpg", "ball-20.jpg"]
     images = [cv2.warpPerspective(read(folder / name), warp, (240, 320)) for name in names]
-    found = find_marker_diameter(images[0])
+    found = find_marker_lattice(images[0])
     assert found is not None
-    assert found[1] == pytest.approx(19.6, rel=0.03)
+    assert found.pitch_px == pytest.approx(19.6, rel=0.03)
     for image in images:
-        inner = marker_mask(image, diameter_px=found[0])[8:-8, 8:-8]
+        inner = marker_mask(image, diameter_px=found.diameter_px)[8:-8, 8:-8]
         assert len(list(spots(inner, 12))) == pytest.approx(140, abs=8)
 
 
@@ -193,4 +193,4 @@ def test_the_markers_of_the_pressed_wedge_are_found(recordings: Path) -> None:
     ],
 )
 def test_unmarked_gels_have_no_lattice(recordings: Path, path: str) -> None:
-    assert find_marker_diameter(read(recordings / path)) is None
+    assert find_marker_lattice(read(recordings / path)) is None

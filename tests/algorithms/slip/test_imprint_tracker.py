@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from support.imprint_scenes import MARKER_PX, MARKERS, scene
 
-from tactile_core.algorithms.markers import find_marker_diameter, marker_mask
+from tactile_core.algorithms.markers import find_marker_lattice, marker_mask
 from tactile_core.algorithms.slip.imprint import SurfaceView
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.state import FUSION, degree_of
@@ -226,16 +226,16 @@ def test_slipping_and_stable_recorded_lifts_are_distinguished(recordings: Path, 
 
 def lift(folder: Path) -> list[float]:
     images = [read_image(path) for path in sorted(folder.glob("*.jpg"))]
-    found = find_marker_diameter(images[0])
+    found = find_marker_lattice(images[0])
     assert found is not None
-    markers_px = spots(images[0], found[0])
-    tracker = ImprintTracker(images[0], markers_px, found[0], 0.0276)
+    markers_px = spots(images[0], found.diameter_px)
+    tracker = ImprintTracker(images[0], markers_px, found.diameter_px, 0.0276)
     degrees = []
     for number, pixels in enumerate(images):
-        seen_px = spots(pixels, found[0])
+        seen_px = spots(pixels, found.diameter_px)
         distance, nearest = KDTree(seen_px).query(markers_px)
         step = seen_px[nearest] - markers_px
-        step[distance > 0.4 * found[1]] = np.median(step, axis=0)
+        step[distance > 0.4 * found.pitch_px] = np.median(step, axis=0)
         markers_px = markers_px + step
         degrees.append(degree_of(evidence(tracker.update(pixels, markers_px, number / 30))))
     return degrees

@@ -101,10 +101,10 @@ def test_a_marker_near_a_border_is_drawn_as_inside_a_larger_image(
     last = np.array(SHAPE[::-1]) - 1
     one = (last * corner + size_px * np.array(beyond))[np.newaxis]
     none = np.zeros(1, bool)
-    marker = MarkerPrint(one, np.zeros(1), size_px, shape, none, np.zeros((0, 2), int))
+    marker = MarkerPrint(one, np.zeros(1), size_px, shape, 0.0, none, np.zeros((0, 2), int))
     wide = 80
-    larger = marker.reflectance((SHAPE[0] + 2 * wide, SHAPE[1] + 2 * wide), one + wide, 0.0)
-    drawn = marker.reflectance(SHAPE, one, 0.0)
+    larger = marker.reflectance((SHAPE[0] + 2 * wide, SHAPE[1] + 2 * wide), one + wide)
+    drawn = marker.reflectance(SHAPE, one)
     np.testing.assert_allclose(drawn, larger[wide:-wide, wide:-wide], atol=1e-4)
 
 

@@ -69,7 +69,7 @@ class MotionOfImprint(Estimator):
         """Return the motion since the contact settled."""
         if self._markers is None or np.count_nonzero(markers.seen) < VIEW.min_markers:
             return ImprintMotion(False, timestamp_s=frame.timestamp_s)
-        tracker = self._tracker_from(reference, markers, self._markers.diameter_px)
+        tracker = self._tracker_from(reference, markers, self._markers)
         halves = frame.halves if tracker.takes_halves else None
         change = tracker.update(frame.pixels, markers.px, frame.timestamp_s, halves)
         if shear is not None and shear.restarted and contact is not None and contact.absolute:
@@ -77,7 +77,7 @@ class MotionOfImprint(Estimator):
         return _motion(change, frame.timestamp_s)
 
     def _tracker_from(
-        self, reference: Reference, markers: MarkerField, diameter_px: float
+        self, reference: Reference, markers: MarkerField, finder: MarkerFinder
     ) -> ImprintTracker:
         if self._tracker is None or not self._is_of(reference):
             undeformed_px = markers.undeformed_px
@@ -85,8 +85,9 @@ class MotionOfImprint(Estimator):
             self._tracker = ImprintTracker(
                 reference.pixels,
                 undeformed_px,
-                diameter_px,
+                finder.diameter_px,
                 self._mm_per_px,
+                tone=finder.tone,
             )
         self._tracker_of = reference
         return self._tracker

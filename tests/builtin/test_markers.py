@@ -17,6 +17,7 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     DisplacementField,
     Frame,
+    ImprintMotion,
     MarkerDetections,
     MarkerField,
     Reference,
@@ -64,19 +65,24 @@ def test_pitch_and_diameter_are_found_with_auto() -> None:
 @pytest.mark.parametrize("ink", [1.4, 2.0])
 def test_white_markers_show_the_same_displacement_as_black_ones(ink: float) -> None:
     white = {"gel": {"markers": {"tone": "bright"}}, "optics": {"coat": {"ink": ink}}}
-    fields = []
+    fields, changes = [], []
     for look in ({}, white):
         stage = VirtualStage("hex_fingertip", seed=3, overrides=look)
         pipeline = Pipeline(stage.profile, reference=reference_of(stage.frame()))
         stage.indenter("sphere", diameter_mm=8, x_mm=0.5, y_mm=-0.4)
         stage.press(depth_mm=0.4)
-        pipeline.process(stage.frame())
-        stage.shear(0.3, 0.2, steps=3)
-        reading = pipeline.process(stage.frame())
-        assert len(reading[MarkerField].px) == 192
+        still = [pipeline.process(stage.frame()) for _ in range(4)]
+        assert len(still[-1][MarkerField].px) == 192
+        for _ in range(6):
+            stage.shear(0.06, 0.04)
+            reading = pipeline.process(stage.frame())
         fields.append(reading[DisplacementField].mm)
+        changes.append(reading[ImprintMotion].changed)
     black_mm, white_mm = fields
-    assert np.abs(white_mm - black_mm).max() < 0.06 * np.abs(black_mm).max()
+    assert changes[0] > 0.001
+    assert changes[1] == pytest.approx(changes[0], rel=0.25)
+    off_mm = np.sqrt(np.mean((white_mm - black_mm) ** 2))
+    assert off_mm < 0.015 * np.abs(black_mm).max()
 
 
 def test_a_gel_without_markers_gives_no_detections() -> None:

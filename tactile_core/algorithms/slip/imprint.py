@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import TINY, Array, Bool, Float32, UInt8, pitch
-from tactile_core.algorithms.markers import marker_mask
+from tactile_core.algorithms.markers import Tone, marker_mask
 from tactile_core.errors import InputError
 
 # [ratio] Regularisation of the fit, relative to its diagonal: it biases a motion by a thousandth
@@ -218,6 +218,8 @@ class SurfaceView:
         Positions of the markers, x and y; at least three.
     diameter_px : float
         Diameter of a marker.
+    tone : {"dark", "bright"}
+        Whether markers are darker or brighter than the gel.
 
     Raises
     ------
@@ -225,7 +227,9 @@ class SurfaceView:
         There are fewer than three markers, or the diameter is not positive.
     """
 
-    def __init__(self, pixels: Array, reference_px: Array, diameter_px: float) -> None:
+    def __init__(
+        self, pixels: Array, reference_px: Array, diameter_px: float, tone: Tone = "dark"
+    ) -> None:
         if len(reference_px) < VIEW.min_markers:
             raise InputError(
                 f"{len(reference_px)} markers do not determine the motion of the gel surface; "
@@ -242,7 +246,7 @@ class SurfaceView:
         pitch_px = pitch(self._markers_px)
         self._weights, self._grid = _local_linear(self._markers_px, pitch_px, height, width)
         rim = 2 * int(np.ceil(VIEW.rim_diameters * diameter_px)) + 1
-        mask = marker_mask(pixels, diameter_px=diameter_px * self.times)
+        mask = marker_mask(pixels, diameter_px=diameter_px * self.times, tone=tone)
         share = shrink_image(mask.astype(np.float32), (width, height))
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > VIEW.hidden_share
         self._side = 2 * round(0.5 * VIEW.window_pitches * pitch_px) + 1

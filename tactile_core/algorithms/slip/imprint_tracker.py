@@ -13,6 +13,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
+from tactile_core.algorithms.markers import Tone
 from tactile_core.algorithms.slip.imprint import (
     VIEW,
     Imprint,
@@ -140,6 +141,8 @@ class ImprintTracker:
     diameter_px : float
         Diameter of a marker.
     mm_per_px : float
+    tone : {"dark", "bright"}
+        Whether markers are darker or brighter than the gel.
     change_per_mm : float
         Change of an imprint that sticks, as in :class:`IMPRINT`.
 
@@ -156,10 +159,11 @@ class ImprintTracker:
         diameter_px: float,
         mm_per_px: float,
         *,
+        tone: Tone = "dark",
         change_per_mm: float = _CHANGE_PER_MM,
     ) -> None:
         self._change_per_mm = change_per_mm
-        self._view = SurfaceView(pixels, reference_px, diameter_px)
+        self._view = SurfaceView(pixels, reference_px, diameter_px, tone)
         self._mm_per_px = mm_per_px
         self.reset()
 

@@ -47,6 +47,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
         (
             "appearance",
             "photometric",
+            "normals",
             "drift",
             "light_change",
             "sequence",
@@ -57,7 +58,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "contact": (
         "Contact and surface shape",
         "The contact area, and the undeformed surface that heights refer to.",
-        ("contact", "sphere", "levelling"),
+        ("contact", "sphere", "levelling", "gel"),
     ),
     "circles": (
         "Ball contacts",

@@ -13,7 +13,8 @@ from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.regression import SIGMA_PER_MEDIAN, quantile
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.elasticity import POISSON_RATIO, Elastomer
+from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.algorithms.gel import POISSON_RATIO
 from tactile_core.errors import InputError
 
 _COARSE_PX = 160 * 120  # [px²] Regions are found on a height map reduced to about this many pixels

@@ -14,10 +14,9 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.regression import quantile
-from tactile_core.algorithms.arrays.shrinking import shrink_image
+from tactile_core.algorithms.arrays.shrinking import coarse_size, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
-from tactile_core.algorithms.elasticity import THICKNESS_MM
-from tactile_core.algorithms.slope_grid import coarse_size
+from tactile_core.algorithms.gel import THICKNESS_MM
 
 # [count] Approximate number of cells over which heights and slopes are averaged: small enough to
 # see the gel between the balls of a grid; with 300, their heights fade by a fifth while the lights

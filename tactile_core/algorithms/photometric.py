@@ -1,4 +1,4 @@
-"""Photometric measures: relative change, normals, smooth background."""
+"""Photometric measures: relative change, surroundings of markers, smooth background."""
 
 from __future__ import annotations
 
@@ -125,45 +125,6 @@ def place(shape: tuple[int, int]) -> Float32:
     """Position of each pixel, (H, W, 2): x and y from the centre, in half widths of the image."""
     y, x = (from_middle(side) / (shape[1] / 2) for side in shape)
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)
-
-
-class NORMALS:
-    """Bound of the normals that slope models return.
-
-    Nothing sets it from outside: stored models and their tables are made with it.
-    """
-
-    # [ratio] Largest length of ``normal_xy``, the sine of 78.5°. Steeper normals keep their
-    # direction.
-    steepest_sine = 0.98
-
-
-def to_normal_xy(gradients: Float32) -> Float32:
-    """Components of unit normals from (..., 2) slopes."""
-    norm = np.sqrt(1 + (gradients * gradients).sum(-1, keepdims=True))
-    return np.asarray(gradients / norm, np.float32)
-
-
-def planes_to_gradient(nx: Float32, ny: Float32) -> None:
-    """Convert two planes of normal components to slopes in place.
-
-    Parameters
-    ----------
-    nx, ny : (H, W) float32
-        Components of the unit normals; overwritten by the slopes.
-    """
-    square = np.asarray(cv2.multiply(nx, nx), np.float32)
-    cv2.accumulateSquare(ny, square)
-    # Finding the maximum is much faster than a mask, and few images have a pixel that is too steep.
-    if cv2.minMaxLoc(square)[1] > NORMALS.steepest_sine**2:
-        steep = np.nonzero(square > NORMALS.steepest_sine**2)
-        shrink = np.float32(NORMALS.steepest_sine) / np.sqrt(square[steep])
-        nx[steep] *= shrink
-        ny[steep] *= shrink
-        square[steep] = NORMALS.steepest_sine**2
-    per_cosine = cv2.pow(cv2.addWeighted(square, -1.0, square, 0.0, 1.0), -0.5)
-    cv2.multiply(nx, per_cosine, dst=nx)
-    cv2.multiply(ny, per_cosine, dst=ny)
 
 
 # [count] Samples along the shorter side of the image; more add time and no accuracy

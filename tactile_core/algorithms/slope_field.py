@@ -14,7 +14,8 @@ from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place, relative_change
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.slope_grid import Model, SlopeCells, SlopeGrid, averaged_for_heights
+from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
+from tactile_core.algorithms.slope_grid import Model, SlopeGrid
 
 
 class SlopeField:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.displacement import MarkedSurface
-from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM
+from tactile_core.algorithms.gel import POISSON_RATIO, THICKNESS_MM
 from tactile_core.algorithms.light_change import change_in_detail
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
 from tactile_core.algorithms.marker_tracking.pairing import GROWTH

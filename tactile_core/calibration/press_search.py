@@ -18,7 +18,7 @@ from tactile_core.algorithms.circles import (
     locate,
     working_scale,
 )
-from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.gel import THICKNESS_MM
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.presses import NOT_THIS_GEL, FoundPress

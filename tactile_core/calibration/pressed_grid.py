@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
-from tactile_core.algorithms.elasticity import THICKNESS_MM
+from tactile_core.algorithms.gel import THICKNESS_MM
 from tactile_core.algorithms.photometric import smooth_background
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.light_range import undeformed_press, undeformed_sample

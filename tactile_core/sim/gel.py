@@ -7,13 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.algorithms.elasticity import (
-    POISSON_RATIO,
-    SHEAR_MODULUS_MPA,
-    THICKNESS_MM,
-    Elastomer,
-)
+from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.elasticity.viscoelasticity import Branch, SurfaceGrid
+from tactile_core.algorithms.gel import POISSON_RATIO, SHEAR_MODULUS_MPA, THICKNESS_MM
 from tactile_core.algorithms.sphere import cap
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel

@@ -3,9 +3,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from tactile_core.algorithms.arrays.shrinking import coarse_size
 from tactile_core.algorithms.colour_table import Axis, bake
 from tactile_core.algorithms.slope_field import SlopeField
-from tactile_core.algorithms.slope_grid import coarse_size
 
 
 def model(features: np.ndarray) -> np.ndarray:

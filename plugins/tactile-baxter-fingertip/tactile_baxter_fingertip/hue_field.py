@@ -14,9 +14,10 @@ from tactile_baxter_fingertip.tables import ENTRIES, Float32
 from tactile_core.algorithms.arrays import regression
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.drift import LEVELS
-from tactile_core.algorithms.photometric import place, planes_to_gradient, relative_change
+from tactile_core.algorithms.normals import planes_to_gradient
+from tactile_core.algorithms.photometric import place, relative_change
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.slope_grid import SlopeCells
+from tactile_core.algorithms.slope_cells import SlopeCells
 
 Bool = NDArray[np.bool_]
 Complex64 = NDArray[np.complex64]

@@ -17,6 +17,7 @@ from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.slope_models.model_file import arrays_of, stored_model, write_model
 from tactile_core.interfaces.slope_models.samples import (
     ImageShape,
@@ -27,7 +28,7 @@ from tactile_core.interfaces.slope_models.samples import (
     shape_of,
     too_few,
 )
-from tactile_core.interfaces.slope_models.slope_model import ForReference, slopes_of
+from tactile_core.interfaces.slope_models.slope_model import slopes_of
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 
 CHANNELS = 3  # Hue needs three channels

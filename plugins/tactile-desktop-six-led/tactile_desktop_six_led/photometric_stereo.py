@@ -17,6 +17,7 @@ from tactile_core.algorithms.sampling import Sampling
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.slope_models.model_file import (
     arrays_of,
@@ -33,7 +34,7 @@ from tactile_core.interfaces.slope_models.samples import (
     scale_of,
     shape_of,
 )
-from tactile_core.interfaces.slope_models.slope_model import ForReference, slopes_of
+from tactile_core.interfaces.slope_models.slope_model import slopes_of
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
 from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_field import LightField

@@ -118,3 +118,14 @@ def _along_rows(cells: Float32) -> Float32:
     fine[0::2] = sum(w * part for w, part in zip(_WEIGHTS, near[3::-1], strict=True))
     fine[1::2] = sum(w * part for w, part in zip(_WEIGHTS, near[1:], strict=True))
     return fine
+
+
+def coarse_size(rows: int, columns: int, points: int) -> tuple[int, int]:
+    """Width and height of a coarse grid of about ``points`` points.
+
+    A step that divides both sides is preferred: averaging over whole pixels is much faster.
+    """
+    ideal = max(1.0, (rows * columns / points) ** 0.5)
+    steps = range(max(1, round(0.6 * ideal)), round(1.6 * ideal) + 1)  # as many points within 2.6
+    step = min(steps, key=lambda s: (rows % s + columns % s > 0, abs(s - ideal)))
+    return max(1, columns // step), max(1, rows // step)

@@ -19,7 +19,8 @@ from tactile_core.algorithms.arrays.types import (
 )
 from tactile_core.algorithms.displacement.contact_shear import ElasticShear
 from tactile_core.algorithms.displacement.kriging import KRIGING, CoarseGrid, Kriging
-from tactile_core.algorithms.elasticity import POISSON_RATIO, THICKNESS_MM, Elastomer
+from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.algorithms.gel import POISSON_RATIO, THICKNESS_MM
 from tactile_core.errors import InputError
 
 _TINY = float(np.finfo(np.float32).tiny)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
-from tactile_core.algorithms.photometric import to_normal_xy
+from tactile_core.algorithms.normals import to_normal_xy
 from tactile_core.algorithms.slope_field import Sampler, SlopeField
 from tactile_core.algorithms.slope_grid import Model
 from tactile_core.errors import CalibrationError

@@ -15,9 +15,10 @@ from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.sampling import two_within
+from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.algorithms.slope_field import SlopeField
-from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.interfaces.calibration import Calibration
+from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
     blur_from,
@@ -32,35 +33,8 @@ from tactile_core.interfaces.slope_models.samples import (
     slope_field,
     takes_table,
 )
-from tactile_core.quantities import Bool, Float32, Frame, Gradients, Quantity, Reference
+from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 from tactile_core.quantities.quantity import Grid, on_demand
-
-R = TypeVar("R", bound=Quantity)
-T = TypeVar("T")
-
-
-class ForReference(Generic[R, T]):
-    """Caches the object that was prepared for the latest reference. Pickles drop the cache.
-
-    Parameters
-    ----------
-    prepare : callable
-        Maps a reference, or slopes of the reference, to the prepared object. It must pickle: a
-        module's function, or a method.
-    """
-
-    def __init__(self, prepare: Callable[[R], T]) -> None:
-        self._prepare = prepare
-        self._kept: tuple[R, T] | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_kept": None}
-
-    def __call__(self, reference: R) -> T:
-        """Return the object for this reference; compares references by identity."""
-        if self._kept is None or self._kept[0] is not reference:
-            self._kept = reference, self._prepare(reference)
-        return self._kept[1]
 
 
 class SlopeFunction(Protocol):

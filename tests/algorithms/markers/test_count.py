@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.markers import detectable_diameter, expected_count, too_few
+from tactile_core.algorithms.markers import expected_count, find_detectable_lattice, too_few
 
 
 def printed(diameter_px: float, pitch_px: float, blur_px: float) -> np.ndarray:
@@ -29,12 +29,12 @@ def test_a_square_lattice_has_one_marker_per_square_of_its_pitch() -> None:
 
 @pytest.mark.parametrize(("diameter_px", "blur_px"), [(6.0, 0.5), (5.0, 1.0), (4.0, 1.5)])
 def test_the_diameter_detects_the_markers(diameter_px: float, blur_px: float) -> None:
-    found = detectable_diameter(printed(diameter_px, 16.0, blur_px))
+    found = find_detectable_lattice(printed(diameter_px, 16.0, blur_px))
     assert found is not None
-    _, pitch_px, count = found
-    assert pitch_px == pytest.approx(16, rel=0.02)
+    lattice, count = found
+    assert lattice.pitch_px == pytest.approx(16, rel=0.02)
     assert count > 0.9 * expected_count((160, 200), 16.0)
 
 
 def test_a_bare_gel_has_no_diameter() -> None:
-    assert detectable_diameter(printed(0.0, 300.0, 1.0)) is None
+    assert find_detectable_lattice(printed(0.0, 300.0, 1.0)) is None

@@ -3,11 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tactile_core.algorithms.photometric import (
-    NORMALS,
-    planes_to_gradient,
-    to_normal_xy,
-)
+from tactile_core.algorithms.normals import STEEPEST_SINE, planes_to_gradient, to_normal_xy
 
 
 def to_gradient(normal_xy: np.ndarray) -> np.ndarray:
@@ -16,7 +12,7 @@ def to_gradient(normal_xy: np.ndarray) -> np.ndarray:
     return np.stack([nx, ny], -1).reshape(normal_xy.shape)
 
 
-STEEPEST_SLOPE = NORMALS.steepest_sine / np.sqrt(1 - NORMALS.steepest_sine**2)
+STEEPEST_SLOPE = STEEPEST_SINE / np.sqrt(1 - STEEPEST_SINE**2)
 
 any_normal_xy = arrays(np.float32, (4, 5, 2), elements=st.floats(-50, 50, width=32))
 

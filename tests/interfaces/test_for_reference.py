@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 
-from tactile_core.interfaces.slope_models.slope_model import ForReference
+from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.quantities import Reference
 
 prepared: list[Reference] = []

@@ -19,7 +19,7 @@ from tactile_core.interfaces.sink import Reading
 from tactile_core.live.numbers import entries_of
 from tactile_core.live.opening import ShownPlayback
 from tactile_core.live.pictures import Newest
-from tactile_core.live.state import AlternativeSteps, LiveState, Sample
+from tactile_core.live.state import LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.camera import Hand, HandCamera
@@ -51,7 +51,6 @@ class LiveSensor:
     def __init__(self, sensor: Sensor, out: Path) -> None:
         self.sensor, self.out = sensor, out
         self.newest: Newest[LiveState] = Newest()
-        self.alternative: AlternativeSteps | None = None
         camera = sensor.camera
         self._virtual = camera if isinstance(camera, HandCamera) else None
         paced = not sensor.is_live and self._virtual is None
@@ -86,7 +85,6 @@ class LiveSensor:
     def close(self) -> None:
         """End measuring, and close the sensor."""
         self.stop()
-        self.compare(None)
         self.sensor.close()
 
     def do(self, work: Callable[[], T]) -> Future[T]:
@@ -105,12 +103,6 @@ class LiveSensor:
         while True:
             with suppress(RuntimeError):  # the other thread has added one meanwhile
                 return [one for one in self._samples if after < one.number <= last]
-
-    def compare(self, alternative: AlternativeSteps | None) -> None:
-        """Measure every frame that there is time for a second time, in another way."""
-        former, self.alternative = self.alternative, alternative
-        if former is not None:
-            former.close()
 
     def play(self, **how: Any) -> None:
         """Change how a recording is played; as :meth:`ShownPlayback.play`.
@@ -209,21 +201,18 @@ class LiveSensor:
         while self._samples[0].taken_s < taken_s - 30.0:
             self._samples.popleft()
         self.failure = ""
-        truth = None if self._virtual is None else self._virtual.truth
-        state = LiveState(
-            number=self._number,
-            reading=reading,
-            frame=frame,
-            taken_s=taken_s,
-            entries=tuple(entries),
-            faults=tuple(faults),
-            rate_hz=self._rate_hz,
-            health=self._health[1],
-            truth=truth,
+        self.newest.put(
+            LiveState(
+                number=self._number,
+                reading=reading,
+                frame=frame,
+                taken_s=taken_s,
+                entries=tuple(entries),
+                faults=tuple(faults),
+                rate_hz=self._rate_hz,
+                health=self._health[1],
+            )
         )
-        if self.alternative is not None:
-            self.alternative.offer(state)
-        self.newest.put(state)
 
     def _fail(self, sentence: str) -> None:
         self.failure = sentence

@@ -8,13 +8,12 @@ from pathlib import Path
 
 from tactile_core.errors import InputError
 from tactile_core.evaluation.comparison.accuracy import Accuracy, Arrays, Truth, common_names
+from tactile_core.evaluation.comparison.report import Comparison as Comparison
+from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.report import (
-    ComparedClock,
     interleave_readings,
     peak_of_stream_mib,
 )
-from tactile_core.evaluation.comparison.report import Comparison as Comparison
-from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.formats.npz import arrays_of
@@ -73,11 +72,11 @@ def compare(
     count = _checked_count(variants[0], recording, folder)
     progress.stage("comparing", 0.7)
     scores = [Accuracy() for _ in variants]
+    latencies_ms: list[list[float]] = [[] for _ in variants]
     shown: tuple[float, str, Arrays, tuple[Arrays, ...]] | None = None
     frames = 0
     with one_thread(), ExitStack() as stack:
         sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
-        clock = ComparedClock([sensor.pipeline for sensor in sensors])
         for readings in interleave_readings([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.read_arrays(name)
@@ -93,7 +92,8 @@ def compare(
                 )
             for score, measured, common in zip(scores, arrays, names, strict=True):
                 score.add(measured, true, common)
-            clock.note(readings)
+            for times, reading in zip(latencies_ms, readings, strict=True):
+                times.append(reading.latency_ms)
             top = float(true["height_mm"].max()) if "height_mm" in names[0] else 0.0
             if shown is None or top > shown[0]:
                 shown = top, name, true, arrays
@@ -101,13 +101,14 @@ def compare(
             progress.fraction(frames / count if count else 0.0)
         if shown is None:
             raise InputError(f"{input} contains no frames; give another recording")
-        clock.fill()
     progress.stage("memory", 0.3)
     scored = []
     for number, variant in enumerate(variants):
         peak_mib, notes = peak_of_stream_mib(variant, recording)
-        accuracy, times = scores[number].summary(), clock.latency_ms(number)
-        scored.append(Scored(variant.name, accuracy, times, peak_mib, notes))
+        accuracy = scores[number].summary()
+        # the first frame prepares tables
+        timed = tuple(latencies_ms[number][1:] or latencies_ms[number])
+        scored.append(Scored(variant.name, accuracy, timed, peak_mib, notes))
         progress.fraction((number + 1) / len(variants))
     return Comparison(variants[0].profile, frames, tuple(scored), *shown[1:])
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import platform
-import sys
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -13,7 +11,7 @@ from typing import Any
 
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.unit import Stream, VirtualUnit
-from tactile_core.pipeline.workers import WorkerProcess
+from tactile_core.pipeline.workers import WorkerProcess, available_cores
 
 
 @dataclass(frozen=True)
@@ -125,13 +123,6 @@ def machine() -> dict[str, Any]:
             **{name: _version(name) for name in _PACKAGES},
         },
     }
-
-
-def available_cores() -> int:
-    """Number of cores that this process may use."""
-    if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _cpu_name() -> str:

@@ -104,7 +104,7 @@ def test_every_variant_is_timed_equally_often_and_has_its_memory_measured(
     result: Comparison,
 ) -> None:
     assert len({len(variant.latency_ms) for variant in result.variants}) == 1
-    assert len(result.variants[0].latency_ms) >= 20
+    assert len(result.variants[0].latency_ms) == result.frames - 1  # the first prepares tables
     assert all(variant.peak_memory_mib is None or variant.peak_memory_mib > 20
                for variant in result.variants)  # fmt: skip
 

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,13 +16,58 @@ from tactile_core.acquisition.free_running import HOST
 from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.sink import Reading
-from tactile_core.live.numbers import entries_of
+from tactile_core.live.numbers import Entry, entries_of
 from tactile_core.live.opening import ShownPlayback
 from tactile_core.live.pictures import Newest
-from tactile_core.live.state import LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.camera import Hand, HandCamera
+
+
+@dataclass(frozen=True, eq=False)
+class LiveState:
+    """What there is to show of a sensor after one observation.
+
+    Attributes
+    ----------
+    number : int
+        Counts the observations of this session.
+    reading : Reading
+    frame : Frame
+        As the camera sent it.
+    taken_s : float
+        Host time at mid-observation; of a recording, when it was played.
+    entries : tuple of Entry
+        Numbers and words of the reading.
+    faults : tuple of str
+        What could not be read from it.
+    rate_hz : float
+        Observations a second.
+    health : mapping
+        As of ``tactile doctor --watch --json``.
+    failure : str
+        Why there is no newer observation; empty if all is well.
+    """
+
+    number: int
+    reading: Reading
+    frame: Frame
+    taken_s: float
+    entries: tuple[Entry, ...]
+    faults: tuple[str, ...]
+    rate_hz: float
+    health: dict[str, Any]
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The numbers of one observation, for the plots."""
+
+    number: int
+    taken_s: float
+    values: dict[str, float]
+
 
 T = TypeVar("T")
 

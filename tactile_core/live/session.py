@@ -11,8 +11,8 @@ from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import TactileError, words_of
 from tactile_core.live.commands import AnyCommand, MoveCommand, Shown, Want, read_command
 from tactile_core.live.desk import Desk
+from tactile_core.live.live_sensor import LiveState
 from tactile_core.live.shown_state import View, encoded_state
-from tactile_core.live.state import LiveState
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection

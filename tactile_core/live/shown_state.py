@@ -17,8 +17,8 @@ from tactile_core.errors import InputError
 from tactile_core.formats.text import plain
 from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import Parts
+from tactile_core.live.live_sensor import LiveState, Sample
 from tactile_core.live.pictures import layers_of, map_of, overlays, picture, titles
-from tactile_core.live.state import LiveState, Sample
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.recordings.output_folder import OutputFolder

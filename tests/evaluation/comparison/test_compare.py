@@ -10,9 +10,8 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.errors import InputError, PluginError, ProfileError
-from tactile_core.evaluation.comparison import Comparison, compare
+from tactile_core.evaluation.comparison import Comparison, compare, parse_swap, variants_of
 from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
-from tactile_core.evaluation.comparison.variants import parse_swap, variants_of
 from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.formats.npz import write_npz
 from tactile_core.sim.analytic_ball import BallPress

@@ -13,10 +13,10 @@ from pydantic import BaseModel, ValidationError, create_model
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expand_home
+from tactile_core.formats.yaml_tree import Keys, Node, problem_at
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
-from tactile_core.profiles.yaml_tree import Keys, Node, problem_at
 
 if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind

@@ -13,12 +13,12 @@ from itertools import islice
 import numpy as np
 
 from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.profiles.loader import list_profiles, load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.yaml_tree import Node, read_yaml
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import (
     CannotCheck,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import stat
 from collections.abc import Iterator, Mapping
@@ -123,7 +124,8 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
     -------
     tree : Node
     problems : list of Problem
-        Mistakes that do not prevent reading: repeated keys, merge keys, anchors, tags.
+        Mistakes that do not prevent reading: repeated keys, merge keys, anchors, tags,
+        numbers that are not finite.
 
     Raises
     ------
@@ -141,7 +143,8 @@ def read_mapping(path: Path) -> dict[str, Any]:
     ------
     InputError
         The file is missing, too large, not text, not YAML (with line and column), nested too
-        deeply or not a mapping, or uses repeated keys, aliases or tags.
+        deeply or not a mapping, or uses repeated keys, aliases, tags or numbers
+        that are not finite.
     """
     path = Path(path)
     return mapping_of(read_text(path, MAX_BYTES), path)
@@ -160,9 +163,7 @@ def mapping_of(text: str, path: Path) -> dict[str, Any]:
     except ProfileError as error:
         problems = [*error.problems]
     if problems:
-        first = problems[0]
-        place = f"{path}:{first.line}:{first.column}"
-        raise InputError(f"{place}: this YAML cannot be read: {first.message}")
+        raise InputError(f"this YAML cannot be read: {problems[0]}")
     found: dict[str, Any] = tree.plain()
     return found
 
@@ -255,15 +256,15 @@ class _Builder:
             event = self._next()
         if kind == "StreamEndEvent":
             return Node({}, Place(self._path, 1, 1))
-        node = self._node(event, ())
+        node = self._node(event, (), self._place(event))
         self._next()  # the document's end
         after = self._next()
         if type(after).__name__ != "StreamEndEvent":
             raise self._stop(after, (), "the file must be one document; remove '---'")
         return node
 
-    def _node(self, event: Any, keys: Keys) -> Node:
-        place, kind = self._place(event), type(event).__name__
+    def _node(self, event: Any, keys: Keys, place: Place) -> Node:
+        kind = type(event).__name__
         if getattr(event, "anchor", None) is not None and self._anchor is None:
             message = (
                 "anchors and aliases are not used here; write the value (a profile can use "
@@ -280,11 +281,14 @@ class _Builder:
         if kind == "SequenceStartEvent":
             items: list[Node] = []
             while type(item := self._next()).__name__ != "SequenceEndEvent":
-                items.append(self._node(item, (*keys, len(items))))
+                items.append(self._node(item, (*keys, len(items)), self._place(item)))
             return Node(tuple(items), place)
         if kind == "MappingStartEvent":
             return Node(self._mapping(keys), place)
-        return Node(scalar(event.value) if event.implicit[0] else event.value, place)
+        value = scalar(event.value) if event.implicit[0] else event.value
+        if isinstance(value, float) and not math.isfinite(value):
+            self._note(place, keys, f"should be a finite number, not {value}")
+        return Node(value, place)
 
     def _mapping(self, keys: Keys) -> dict[str, Node]:
         mapping: dict[str, Node] = {}
@@ -293,7 +297,7 @@ class _Builder:
                 raise self._stop(event, keys, "a key must be a plain word")
             key, place = str(event.value), self._place(event)
             here = (*keys, key)
-            value = Node(self._node(self._next(), here).value, place)
+            value = self._node(self._next(), here, place)
             if key == "<<":
                 self._note(place, here, "merge keys are not used here; write the keys")
             elif key in mapping:

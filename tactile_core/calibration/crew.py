@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
@@ -115,13 +114,6 @@ class Crew:
             return helper.ask(task)
 
         return [self._helpers.submit(partial(helped, task)) for task in tasks]
-
-
-def cores() -> int:
-    """Number of processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 ALONE = Crew()  # This process without helpers

@@ -80,13 +80,13 @@ def calibrate(
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
     from tactile_core.bundles.bundle import check_place, check_serial, default_place
-    from tactile_core.calibration.crew import cores
     from tactile_core.calibration.fitting import calibrate as fit
     from tactile_core.calibration.fitting import inputs_of
     from tactile_core.calibration.target_surface import parse_rows
     from tactile_core.cli.guided_calibration import calibrate_live, report_calibration
     from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
+    from tactile_core.pipeline.workers import available_cores
     from tactile_core.profiles.loader import load_profile
 
     loaded = load_profile(profile)
@@ -141,7 +141,7 @@ def calibrate(
             serial=serial,
             gel=gel,
             progress=progress,
-            workers=cores(),
+            workers=available_cores(),
         )
     result = result.measured_with(measured_with)
     result.save(folder)

@@ -49,8 +49,8 @@ def compare(
     """
     from tactile_core.cli.output import Bar, table_lines
     from tactile_core.evaluation.comparison import compare as measure_all
+    from tactile_core.evaluation.comparison import parse_swap
     from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
-    from tactile_core.evaluation.comparison.variants import parse_swap
     from tactile_core.formats.files import write_atomically
     from tactile_core.pipeline.initial_reference import FIRST
     from tactile_core.recordings.inputs import PROFILE, Inputs

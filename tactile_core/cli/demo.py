@@ -20,8 +20,8 @@ def demo(
     from tactile_core.cli.output import Bar
     from tactile_core.errors import ProfileError
     from tactile_core.evaluation.demo import demonstrate_rigs
-    from tactile_core.evaluation.timing.results import available_cores
     from tactile_core.formats.files import write_atomically
+    from tactile_core.pipeline.workers import available_cores
     from tactile_core.profiles.loader import list_rigs, load_profile
     from tactile_core.recordings.output_folder import REPORT, OutputFolder
     from tactile_core.views import html

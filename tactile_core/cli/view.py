@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from tactile_core.cli.options import GelName, Script, TimeoutS
 from tactile_core.cli.output import print_data, print_message
 from tactile_core.cli.signals import interrupt_ends
-
-if TYPE_CHECKING:
-    from tactile_core.live.desk import Desk
 
 PORT = 8750
 
@@ -44,10 +41,6 @@ def view(
         list[Path] | None,
         typer.Option(help="Calibration bundle; one per sensor. Default: the bundle of the unit."),
     ] = None,
-    compare: Annotated[
-        list[Path] | None,
-        typer.Option(help="Another bundle that the page can compare with; repeat it for more."),
-    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for snapshots and recordings.")] = Path(
         "tactile-view"
     ),
@@ -73,6 +66,7 @@ def view(
     """
     from platformdirs import user_data_path
 
+    from tactile_core.live.desk import Desk
     from tactile_core.live.guiding import own_token
     from tactile_core.live.live_sensor import LiveSensor
     from tactile_core.live.opening import open_live, wanted_sensors
@@ -101,7 +95,7 @@ def view(
                 say=print_message,
             )
             live = LiveSensor(sensor, out)
-            desks.append(_desk(live, [*(compare or [])]))
+            desks.append(Desk(live))
             opened.callback(desks[-1].close)
             for note in sensor.notes:
                 print_message(f"note: {sensor.name}: {note}")
@@ -116,11 +110,3 @@ def view(
 
             webbrowser.open(page.address)
         page.wait()
-
-
-def _desk(live: object, bundles: list[Path]) -> Desk:
-    from tactile_core.live.desk import Desk
-    from tactile_core.live.live_sensor import LiveSensor
-
-    assert isinstance(live, LiveSensor)
-    return Desk(live, bundles)

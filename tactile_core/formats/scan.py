@@ -12,7 +12,8 @@ from typing import NamedTuple
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.images import IMAGE_SUFFIXES
-from tactile_core.formats.text import number, read_mapping, shorten_repr
+from tactile_core.formats.text import number, shorten_repr
+from tactile_core.formats.yaml_tree import read_mapping
 
 SCAN_FILE = "scan.yaml"  # Name of the file in a scan's folder
 

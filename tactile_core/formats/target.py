@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.text import number, read_mapping, shorten_repr
+from tactile_core.formats.text import number, shorten_repr
+from tactile_core.formats.yaml_tree import read_mapping
 
 _RESOLUTION_TOLERANCE = 0.05  # Largest relative deviation of a scale from a binning factor
 

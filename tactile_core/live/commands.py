@@ -65,7 +65,7 @@ class Shown(Command):
 
 
 class Want(Command):
-    """What the page shows: keys of maps, a light's channel, and whether it compares."""
+    """What the page shows: keys of maps, and a light's channel."""
 
     do: Literal["want"]
     maps: Annotated[list[Name], Field(max_length=8)] = []
@@ -97,13 +97,6 @@ class Snapshot(Command):
     """Save the present reading as files."""
 
     do: Literal["snapshot"]
-
-
-class Compare(Command):
-    """Measure in a second way, by the key of a choice; an empty key ends it."""
-
-    do: Literal["compare"]
-    choice: Name = ""
 
 
 class Play(Command):
@@ -157,7 +150,6 @@ AnyCommand = (
     | Tare
     | RecordCommand
     | Snapshot
-    | Compare
     | Play
     | MoveCommand
     | TakeCommand

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,7 +13,6 @@ from tactile_core.errors import InputError
 from tactile_core.live.commands import (
     AnyCommand,
     Calibrate,
-    Compare,
     Finish,
     MoveCommand,
     Play,
@@ -27,14 +25,6 @@ from tactile_core.live.commands import (
 from tactile_core.live.guiding import Guiding, described_guidance
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.shown_state import new_path, save_snapshot
-from tactile_core.live.state import (
-    TRUTH,
-    AlternativeSteps,
-    Choice,
-    alternative_pipeline,
-    choices_for,
-    find_choice,
-)
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.sim.camera import Aim, Hand
 
@@ -62,15 +52,11 @@ class Desk:
     Parameters
     ----------
     live : LiveSensor
-    bundles : iterable of Path
-        Calibrations that can be compared, besides those in the user's data directory.
     """
 
-    def __init__(self, live: LiveSensor, bundles: Iterable[Path] = ()) -> None:
+    def __init__(self, live: LiveSensor) -> None:
         self.live = live
-        self.choice = ""
         self.shown_ms: deque[float] = deque(maxlen=_REMEMBERED)
-        self._bundles = tuple(bundles)
         self.guiding = Guiding(live)
         self._recording: RunningRecording | None = None
         self._worker = ThreadPoolExecutor(1, f"worker of {self.name}")
@@ -80,12 +66,6 @@ class Desk:
     def name(self) -> str:
         """The sensor's name."""
         return self.live.sensor.name
-
-    @cached_property
-    def choices(self) -> list[Choice]:
-        """What the readings can be compared with."""
-        virtual = self.live.hand is not None
-        return choices_for(self.live.sensor, truth=virtual, bundles=self._bundles)
 
     def note_delay(self, ms: float) -> None:
         """Note the time from a frame to the screen."""
@@ -111,7 +91,6 @@ class Desk:
             "notes": list(sensor.notes),
             "size": [image.width_px, image.height_px],
             "mm_per_px": image.mm_per_px,
-            "choices": [{"key": choice.key, "title": choice.title} for choice in self.choices],
             "hand": None
             if hand is None
             else {"objects": list(_OBJECTS), "deepest_mm": hand.deepest_mm},
@@ -124,7 +103,6 @@ class Desk:
         playback, hand, recording = self.live.playback, self.live.hand, self._recording
         return {
             "playback": None if playback is None else playback.state.describe_state(),
-            "choice": self.choice,
             "problem": "" if hand is None else hand.problem,
             "failure": self.live.failure or self.guiding.problem,
             "calibration": self.guiding.state,
@@ -192,8 +170,6 @@ class Desk:
         match command:
             case Snapshot():
                 return self._snapshot()
-            case Compare():
-                return self._compare(command.choice)
             case RecordCommand():
                 return self._record(on=command.on)
             case Calibrate():
@@ -214,19 +190,6 @@ class Desk:
         pipeline = self.live.sensor.pipeline
         folder = save_snapshot(pipeline, state.reading, self.live.out, self.name)
         return f"Saved in {folder}"
-
-    def _compare(self, key: str) -> str:
-        if not key or key == TRUTH:
-            if key:
-                find_choice(self.choices, key)
-            self.live.compare(None)
-            self.choice = key
-            return "Shown beside the truth" if key else "The comparison has ended"
-        choice = find_choice(self.choices, key)
-        pipeline = alternative_pipeline(self.live.sensor, choice)
-        self.live.compare(AlternativeSteps(choice, pipeline))
-        self.choice = key
-        return f"Compared with {choice.title}"
 
     def _record(self, *, on: bool) -> str:
         if on and self._recording is None:

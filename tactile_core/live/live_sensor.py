@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,13 +16,58 @@ from tactile_core.acquisition.free_running import HOST
 from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import DeviceError, InputError, TactileError, words_of
 from tactile_core.interfaces.sink import Reading
-from tactile_core.live.numbers import entries_of
+from tactile_core.live.numbers import Entry, entries_of
 from tactile_core.live.opening import ShownPlayback
 from tactile_core.live.pictures import Newest
-from tactile_core.live.state import AlternativeSteps, LiveState, Sample
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.quantities import Frame, Reference
 from tactile_core.sim.camera import Hand, HandCamera
+
+
+@dataclass(frozen=True, eq=False)
+class LiveState:
+    """What there is to show of a sensor after one observation.
+
+    Attributes
+    ----------
+    number : int
+        Counts the observations of this session.
+    reading : Reading
+    frame : Frame
+        As the camera sent it.
+    taken_s : float
+        Host time at mid-observation; of a recording, when it was played.
+    entries : tuple of Entry
+        Numbers and words of the reading.
+    faults : tuple of str
+        What could not be read from it.
+    rate_hz : float
+        Observations a second.
+    health : mapping
+        As of ``tactile doctor --watch --json``.
+    failure : str
+        Why there is no newer observation; empty if all is well.
+    """
+
+    number: int
+    reading: Reading
+    frame: Frame
+    taken_s: float
+    entries: tuple[Entry, ...]
+    faults: tuple[str, ...]
+    rate_hz: float
+    health: dict[str, Any]
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The numbers of one observation, for the plots."""
+
+    number: int
+    taken_s: float
+    values: dict[str, float]
+
 
 T = TypeVar("T")
 
@@ -51,7 +96,6 @@ class LiveSensor:
     def __init__(self, sensor: Sensor, out: Path) -> None:
         self.sensor, self.out = sensor, out
         self.newest: Newest[LiveState] = Newest()
-        self.alternative: AlternativeSteps | None = None
         camera = sensor.camera
         self._virtual = camera if isinstance(camera, HandCamera) else None
         paced = not sensor.is_live and self._virtual is None
@@ -86,7 +130,6 @@ class LiveSensor:
     def close(self) -> None:
         """End measuring, and close the sensor."""
         self.stop()
-        self.compare(None)
         self.sensor.close()
 
     def do(self, work: Callable[[], T]) -> Future[T]:
@@ -105,12 +148,6 @@ class LiveSensor:
         while True:
             with suppress(RuntimeError):  # the other thread has added one meanwhile
                 return [one for one in self._samples if after < one.number <= last]
-
-    def compare(self, alternative: AlternativeSteps | None) -> None:
-        """Measure every frame that there is time for a second time, in another way."""
-        former, self.alternative = self.alternative, alternative
-        if former is not None:
-            former.close()
 
     def play(self, **how: Any) -> None:
         """Change how a recording is played; as :meth:`ShownPlayback.play`.
@@ -209,21 +246,18 @@ class LiveSensor:
         while self._samples[0].taken_s < taken_s - 30.0:
             self._samples.popleft()
         self.failure = ""
-        truth = None if self._virtual is None else self._virtual.truth
-        state = LiveState(
-            number=self._number,
-            reading=reading,
-            frame=frame,
-            taken_s=taken_s,
-            entries=tuple(entries),
-            faults=tuple(faults),
-            rate_hz=self._rate_hz,
-            health=self._health[1],
-            truth=truth,
+        self.newest.put(
+            LiveState(
+                number=self._number,
+                reading=reading,
+                frame=frame,
+                taken_s=taken_s,
+                entries=tuple(entries),
+                faults=tuple(faults),
+                rate_hz=self._rate_hz,
+                health=self._health[1],
+            )
         )
-        if self.alternative is not None:
-            self.alternative.offer(state)
-        self.newest.put(state)
 
     def _fail(self, sentence: str) -> None:
         self.failure = sentence

@@ -104,10 +104,10 @@ def map_of(named: NamedLayer, parts: Parts) -> dict[str, Any]:
         values = layer.mm if isinstance(layer, Surface) else layer.values
     if isinstance(layer, Surface):
         described["mm_per_px"] = layer.mm_per_px
-    return {**described, **grid(values, parts)}
+    return {**described, **_grid(values, parts)}
 
 
-def grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
+def _grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
     """Add numbers per pixel, reduced and in steps of a 65535th of their range."""
     numbers = _shrink_values(np.ascontiguousarray(values, np.float32), MAP_PX)
     low, high = float(numbers.min()), float(numbers.max())

@@ -11,8 +11,8 @@ from tactile_core.acquisition.free_running import HOST
 from tactile_core.errors import TactileError, words_of
 from tactile_core.live.commands import AnyCommand, MoveCommand, Shown, Want, read_command
 from tactile_core.live.desk import Desk
+from tactile_core.live.live_sensor import LiveState
 from tactile_core.live.shown_state import View, encoded_state
-from tactile_core.live.state import TRUTH, LiveState, ShownComparison, true_quantities
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -107,13 +107,7 @@ class PageSession:
     def _encode_state(self, state: LiveState, sent: int) -> bytes:
         """Encode a state; only called when the page is ready for it."""
         samples = self._desk.live.samples_between(sent, state.number)
-        return encoded_state(state, self._view, samples, self._comparison(state))
-
-    def _comparison(self, state: LiveState) -> ShownComparison | None:
-        if self._desk.choice == TRUTH and state.truth is not None:
-            return ShownComparison(state, "the truth", true_quantities(state.truth))
-        alternative = self._desk.live.alternative
-        return None if alternative is None else alternative.result
+        return encoded_state(state, self._view, samples)
 
     async def _say_status(self) -> None:
         """Say what the buttons show, if it has changed.

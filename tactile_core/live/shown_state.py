@@ -17,21 +17,10 @@ from tactile_core.errors import InputError
 from tactile_core.formats.text import plain
 from tactile_core.interfaces.sink import Reading
 from tactile_core.live.commands import Parts
-from tactile_core.live.numbers import entries_of
-from tactile_core.live.pictures import (
-    NamedLayer,
-    grid,
-    layers_of,
-    map_of,
-    overlays,
-    picture,
-    titles,
-)
-from tactile_core.live.state import LiveState, Sample, ShownComparison
+from tactile_core.live.live_sensor import LiveState, Sample
+from tactile_core.live.pictures import layers_of, map_of, overlays, picture, titles
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
-from tactile_core.quantities import Frame
-from tactile_core.quantities.fields import ScalarMap, Surface
 from tactile_core.recordings.output_folder import OutputFolder
 
 
@@ -51,12 +40,7 @@ class View:
     channel: int | None = None
 
 
-def encoded_state(
-    state: LiveState,
-    view: View,
-    samples: Sequence[Sample],
-    comparison: ShownComparison | None,
-) -> bytes:
+def encoded_state(state: LiveState, view: View, samples: Sequence[Sample]) -> bytes:
     """Return the message for a state.
 
     Parameters
@@ -65,8 +49,6 @@ def encoded_state(
     view : View
     samples : sequence of Sample
         Numbers that the page does not have yet.
-    comparison : ShownComparison or None
-        A frame that was measured in two ways.
     """
     parts, reading, frame = Parts(), state.reading, state.frame
     layers, faults = layers_of(reading.quantities.values())
@@ -93,7 +75,6 @@ def encoded_state(
         "warnings": [*reading.warnings, *state.faults, *faults],
         "health": state.health,
         "failure": state.failure,
-        "versus": None if comparison is None else _versus(comparison, wanted, parts),
     }
     header["age_ms"] = 1e3 * (HOST.now() - state.taken_s)
     return parts.message(plain(header))
@@ -107,61 +88,6 @@ def _pack_samples(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
         for column, key in enumerate(keys, 1):
             row[column] = sample.values.get(key, np.nan)
     return {"keys": keys, "rows": parts.array(rows)}
-
-
-def _versus(comparison: ShownComparison, wanted: Sequence[str], parts: Parts) -> dict[str, Any]:
-    """Describe the two ways to measure the same frame, with their difference."""
-    state = comparison.state
-    quantities = comparison.quantities
-    own, _ = layers_of(state.reading.quantities.values())
-    other, faults = layers_of(quantities)
-    reading = type(state.reading)(
-        frame=state.reading.frame,
-        quantities={type(quantity): quantity for quantity in quantities},
-        steps={},
-    )
-    entries, more = entries_of(reading)
-    pairs = [
-        _pair(one, two, parts)
-        for one in own
-        for two in other
-        if one.key == two.key and one.key in wanted
-    ]
-    return {
-        "title": comparison.title,
-        "number": state.number,
-        "latency_ms": comparison.latency_ms,
-        "failure": comparison.failure,
-        "pairs": [pair for pair in pairs if pair],
-        "overlays": list(overlays(other, _scale(state.frame), parts)),
-        "entries": [[one.key, one.title, one.unit, one.value] for one in entries],
-        "faults": [*faults, *more],
-    }
-
-
-def _pair(one: NamedLayer, two: NamedLayer, parts: Parts) -> dict[str, Any] | None:
-    own, other = _values(one), _values(two)
-    if own is None or other is None or own.shape != other.shape:
-        return {"one": map_of(one, parts), "two": map_of(two, parts), "difference": None}
-    difference = own.astype(np.float32) - other.astype(np.float32)
-    rms = float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
-    return {
-        "one": map_of(one, parts),
-        "two": map_of(two, parts),
-        "difference": grid(difference, parts),
-        "rms": rms,
-    }
-
-
-def _values(named: NamedLayer) -> Any:
-    layer = named.layer
-    if isinstance(layer, Surface):
-        return layer.mm
-    return layer.values if isinstance(layer, ScalarMap) else None
-
-
-def _scale(frame: Frame) -> float:
-    return frame.mm_per_px
 
 
 SAVED = ("npz", "png")  # What a snapshot saves by default

@@ -27,6 +27,13 @@ from tactile_core.quantities import Frame
 _PATIENCE_S = 5.0  # Time in which a process that is no longer needed should release its resources
 
 
+def available_cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 class WorkerProcess:
     """A generator that runs in a new interpreter with one thread.
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
@@ -13,10 +12,10 @@ from pydantic import BaseModel, ValidationError, create_model
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expand_home
+from tactile_core.formats.yaml_tree import Keys, Node, problem_at
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
-from tactile_core.profiles.yaml_tree import Keys, Node, problem_at
 
 if TYPE_CHECKING:
     from tactile_core.plugins.registry import ComponentKind
@@ -96,22 +95,8 @@ def check_components(source: Source) -> Checked:
             if mistakes is not None:
                 found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _settings_at(settings, keys).update(options)
-        reported = {problem.key for problem in found}
-        problems += [*found, *(p for p in _not_finite(given, keys) if p.key not in reported)]
+        problems += found
     return Checked(tuple(problems), settings)
-
-
-def _not_finite(node: Node, keys: Keys) -> Iterator[Problem]:
-    """Yield a problem for each NaN or infinite option, even if the component's model allows it."""
-    if isinstance(node.value, float) and not math.isfinite(node.value):
-        yield problem_at(node.place, keys, f"should be a finite number, not {node.value}")
-    inside: Iterable[tuple[str | int, Node]] = ()
-    if isinstance(node.value, dict):
-        inside = node.value.items()
-    elif isinstance(node.value, tuple):
-        inside = enumerate(node.value)
-    for key, child in inside:
-        yield from _not_finite(child, (*keys, key))
 
 
 def _find_components(tree: Node) -> Iterator[tuple[Keys, ComponentKind, Node]]:

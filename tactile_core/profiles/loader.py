@@ -16,11 +16,11 @@ from pydantic import ValidationError
 from tactile_core.errors import InputError, Place, Problem, ProfileError
 from tactile_core.formats.files import expand_home, is_file
 from tactile_core.formats.text import shorten_repr
+from tactile_core.formats.yaml_tree import Node, problem_at, read_yaml, refusal
 from tactile_core.profiles.components import check_components
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source
-from tactile_core.profiles.yaml_tree import Node, problem_at, read_yaml, refusal
 
 _SUFFIXES = (".yaml", ".yml")
 

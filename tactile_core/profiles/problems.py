@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import Problem
-from tactile_core.profiles.yaml_tree import Keys, Node, problem_at
+from tactile_core.formats.yaml_tree import Keys, Node, problem_at
 
 # What a value "should be", by pydantic's error type.
 _WORDS = {

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactile_core.errors import Place, ProfileError
 from tactile_core.errors import Problem as Problem
-from tactile_core.profiles.yaml_tree import Keys, Node, problem_at, read_yaml
+from tactile_core.formats.yaml_tree import Keys, Node, problem_at, read_yaml
 
 # Keys of `gel` that belong to one shape only.
 _KEYS_OF_A_SHAPE: Mapping[str, frozenset[str]] = {"dome": frozenset({"radius_mm"})}

@@ -6,8 +6,9 @@ An observation is the exposure, or the exposures of a light sequence, that make 
 from __future__ import annotations
 
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from tactile_core.errors import InputError
@@ -175,26 +176,6 @@ def open_recording(
     return _of_files(path, [Files(path.stem, (path,))])
 
 
-def _open_folder(folder: Path, count: int) -> Recording:
-    if (folder / SCAN_FILE).is_file():
-        return _scans(folder, [folder / SCAN_FILE], count)
-    catalog = find_catalog(folder)
-    if catalog is not None and catalog.of_folders:
-        return _open_catalogue(folder, catalog, count)
-    inside = _visible(folder)
-    folders = [path for path in inside if path.is_dir()]
-    scans = [path / SCAN_FILE for path in folders if (path / SCAN_FILE).is_file()]
-    if scans:
-        return _scans(folder, scans, count)
-    images = _images_among(inside)
-    if images:
-        return _of_files(folder, _observations(folder, images, count))
-    if count > 1 and folders:
-        sequences = [_observations(p, _images_among(_visible(p)), count) for p in folders]
-        return _of_files(folder, [one for sequence in sequences for one in sequence])
-    raise InputError(f"{folder} has no images{_instead(inside)}")
-
-
 def is_one_recording(path: Path, *, images_per_observation: int = 1) -> bool:
     """Whether :func:`open_recording` takes a path for one recording; a file always is one.
 
@@ -211,17 +192,40 @@ def is_one_recording(path: Path, *, images_per_observation: int = 1) -> bool:
     """
     if not stat.S_ISDIR(status(path).st_mode) or is_recorded(path):
         return True
-    inside = _visible(path)
-    if (path / SCAN_FILE).is_file() or _images_among(inside):
-        return True
-    catalog = find_catalog(path)
+    return _opener(path, images_per_observation) is not None
+
+
+def _open_folder(folder: Path, count: int) -> Recording:
+    opens = _opener(folder, count)
+    if opens is None:
+        raise InputError(f"{folder} has no images{_instead(_visible(folder))}")
+    return opens()
+
+
+def _opener(folder: Path, count: int) -> Callable[[], Recording] | None:
+    """Return what opens a folder that is one recording; None if it is none."""
+    if (folder / SCAN_FILE).is_file():
+        return partial(_scans, folder, [folder / SCAN_FILE], count)
+    catalog = find_catalog(folder)
     if catalog is not None and catalog.of_folders:
-        return True
-    folders = [entry for entry in inside if entry.is_dir()]
-    if any((folder / SCAN_FILE).is_file() for folder in folders):
-        return True
-    several = images_per_observation > 1
-    return several and any(_images_among(_visible(folder)) for folder in folders)
+        return partial(_open_catalogue, folder, catalog, count)
+    inside = _visible(folder)
+    folders = [path for path in inside if path.is_dir()]
+    scans = [path / SCAN_FILE for path in folders if (path / SCAN_FILE).is_file()]
+    if scans:
+        return partial(_scans, folder, scans, count)
+    images = _images_among(inside)
+    if images:
+        return lambda: _of_files(folder, _observations(folder, images, count))
+    if count > 1 and any(_images_among(_visible(one)) for one in folders):
+        return partial(_open_sequences, folder, folders, count)
+    return None
+
+
+def _open_sequences(folder: Path, folders: Sequence[Path], count: int) -> Recording:
+    """Open folders that hold one observation of a light sequence each."""
+    sequences = [_observations(one, _images_among(_visible(one)), count) for one in folders]
+    return _of_files(folder, [one for sequence in sequences for one in sequence])
 
 
 def _open_catalogue(folder: Path, catalog: Catalog, count: int) -> Recording:

@@ -13,6 +13,9 @@ from tactile_core.errors import InputError
 from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.recorder import RecordedSession
 
+# Name of the list of images and events in a folder; it makes the folder a recording.
+LIST = "recording.jsonl"
+
 # Names of the events that change what is measured.
 MEASURED, REFERENCE, RESUMED = "measured", "reference", "resumed"
 

@@ -17,7 +17,8 @@ from tactile_core.bundles.claims import reference_arrays, reference_of
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import hide_secrets
 from tactile_core.formats.npz import npz_arrays, npz_bytes
-from tactile_core.formats.text import mapping_of, yaml_text
+from tactile_core.formats.text import yaml_text
+from tactile_core.formats.yaml_tree import mapping_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.recorder import RecordedSession

@@ -6,10 +6,8 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from tactile_core.formats.files import is_file
 from tactile_core.formats.images import ImageKind, read_image
 from tactile_core.formats.video import NOMINAL_FPS, Video
 from tactile_core.quantities import Image, Pixels
+from tactile_core.recordings.recording_file import LIST
 from tactile_core.recordings.session_files import times_of
 
 if TYPE_CHECKING:
@@ -154,35 +153,18 @@ class VideoSource(ObservationSource):
             yield Observation(name, (image,))
 
 
-class _Kind(NamedTuple):
-    """Writer and reader of a format, as ``module:name``."""
-
-    writer: str
-    file: str
-
-
-_ROOM = "tactile_core.recordings"
-_FOLDER = _Kind(f"{_ROOM}.folder.file:FolderWriter", f"{_ROOM}.folder.file:FolderFile")
-_KINDS = MappingProxyType(
-    {
-        ".mcap": _Kind(f"{_ROOM}.mcap.writer:McapWriter", f"{_ROOM}.mcap.file:McapFile"),
-        ".h5": _Kind(f"{_ROOM}.hdf5.file:Hdf5Writer", f"{_ROOM}.hdf5.file:Hdf5File"),
-    }
-)
-_LIVE = ".mcap"
-
-# Name of the list of images and events in a folder; it makes the folder a recording.
-LIST = "recording.jsonl"
+# Endings of recordings that a sensor wrote; one without an ending is a folder.
+_LIVE, _COPY = ".mcap", ".h5"
 
 
 def is_recorded(path: Path) -> bool:
     """Whether the path is that of a recording that a sensor wrote, judging by its name."""
-    return path.suffix.lower() in _KINDS or is_file(path / LIST)
+    return path.suffix.lower() in (_LIVE, _COPY) or is_file(path / LIST)
 
 
 def writes(path: Path) -> bool:
     """Whether :func:`copy_writer` has a writer for a path: by its ending, or without one."""
-    return not path.suffix or path.suffix.lower() in _KINDS
+    return not path.suffix or path.suffix.lower() in (_LIVE, _COPY)
 
 
 def recording_writer(path: Path) -> RecordingWriter:
@@ -195,7 +177,7 @@ def recording_writer(path: Path) -> RecordingWriter:
     """
     if os.path.lexists(path):
         raise InputError(f"{path} already exists; name another file for the recording")
-    if path.suffix.lower() in _KINDS and path.suffix.lower() != _LIVE:
+    if path.suffix.lower() == _COPY:
         raise InputError(
             f"{path}: a {path.suffix} file is not recorded, but written afterwards by 'tactile "
             f"convert'; record {path.with_suffix(_LIVE).name} first"
@@ -211,9 +193,18 @@ def recording_writer(path: Path) -> RecordingWriter:
 
 def copy_writer(path: Path) -> RecordingWriter:
     """Return the writer of a copy of a recording: MCAP, HDF5, or a folder."""
-    kind = _KINDS.get(path.suffix.lower(), _FOLDER)
-    writer: RecordingWriter = _load_attribute(kind.writer)(path)
-    return writer
+    match path.suffix.lower():
+        case ".mcap":
+            from tactile_core.recordings.mcap.writer import McapWriter
+
+            return McapWriter(path)
+        case ".h5":
+            from tactile_core.recordings.hdf5.file import Hdf5Writer
+
+            return Hdf5Writer(path)
+    from tactile_core.recordings.folder.file import FolderWriter
+
+    return FolderWriter(path)
 
 
 def recording_file(path: Path) -> RecordingFile:
@@ -224,11 +215,15 @@ def recording_file(path: Path) -> RecordingFile:
     InputError
         It is damaged, or not of the format that its name says.
     """
-    kind = _KINDS.get(path.suffix.lower(), _FOLDER)
-    file: RecordingFile = _load_attribute(kind.file)(path)
-    return file
+    match path.suffix.lower():
+        case ".mcap":
+            from tactile_core.recordings.mcap.file import McapFile
 
+            return McapFile(path)
+        case ".h5":
+            from tactile_core.recordings.hdf5.file import Hdf5File
 
-def _load_attribute(name: str) -> Any:
-    module, _, attribute = name.partition(":")
-    return getattr(import_module(module), attribute)
+            return Hdf5File(path)
+    from tactile_core.recordings.folder.file import FolderFile
+
+    return FolderFile(path)

@@ -21,8 +21,8 @@ from pydantic import (
 )
 
 from tactile_core.errors import InputError, Problem
+from tactile_core.formats.yaml_tree import problem_at, read_yaml
 from tactile_core.profiles.problems import problems_of
-from tactile_core.profiles.yaml_tree import problem_at, read_yaml
 from tactile_core.sim.indenters import make_indenter
 from tactile_core.sim.stage import VirtualStage
 

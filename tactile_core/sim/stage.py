@@ -118,20 +118,12 @@ class VirtualStage(GelSurface):
         """Take a frame with every exposure of the rig's sequence."""
         truth = self.truth()
         markers_px = truth.markers_px if len(truth.markers_px) else None
-        pixels = self._optics.expose(
-            truth.height_mm, truth.displacement_mm, markers_px, frame=self._shot
-        )
-        channels = self._optics.channels
-        sequential = self._shots > 1
-        taken = Frame(
-            pixels=pixels,
-            channels=channels,
-            mm_per_px=self.profile.image.mm_per_px,
-            full_scale=self._optics.full_scale,
-            timestamp_s=self.time_s,
-            sequence=self._shot,
-            source=f"{self._shot:06d}",
-            exposure_times_s=(self.time_s,) * (len(channels) if sequential else 1),
+        taken = self._optics.take_frame(
+            truth.height_mm,
+            truth.displacement_mm,
+            markers_px,
+            number=self._shot,
+            time_s=self.time_s,
         )
         self._shot += 1
         return taken

@@ -1,7 +1,7 @@
 """Checks of the profiles in a plugin, and of the shipped profiles that use the plugin.
 
-Each profile's pipeline measures :mod:`tactile_core.testing.virtual_presses` rendered from the
-profile, and its virtual sensor is opened.
+Each profile's pipeline measures virtual presses rendered from the profile, and its virtual sensor
+is opened.
 """
 
 from __future__ import annotations
@@ -12,16 +12,13 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.bundles.bundle import Bundle, names_of
-from tactile_core.bundles.manifest import LIGHT, Manifest
-from tactile_core.errors import PluginError
+from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
-from tactile_core.plugins.options import calibrator_of, fitted_by
-from tactile_core.profiles.loader import list_profiles, load_profile, profile_hash
+from tactile_core.profiles.loader import list_profiles, load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.yaml_tree import Node, read_yaml
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import (
     CannotCheck,
@@ -31,7 +28,7 @@ from tactile_core.testing.differences import (
     report_errors,
 )
 from tactile_core.testing.registered import ProfileFile
-from tactile_core.testing.virtual_presses import Rig, full_rig
+from tactile_core.testing.virtual_presses import full_rig
 
 # Matches absolute paths except devices.
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
@@ -89,8 +86,7 @@ class ProfileChecks(Suite):
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._load_profile(profile)
-        rig = full_rig(loaded)
-        if rig is None:
+        if full_rig(loaded) is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
         with report_errors(
             profile,
@@ -98,8 +94,9 @@ class ProfileChecks(Suite):
             why="no recording of this sensor could be measured",
             do="see the checks of its components, and its image section",
         ):
-            pipeline = Pipeline(loaded, _bundle(loaded, rig))
-            reading = pipeline.process(rig.scenes[0].frame)
+            unit = virtual_unit(loaded, stroke_frames=2)
+            pipeline = Pipeline(loaded, unit.bundle)
+            reading = pipeline.process(unit.stroke[0])
         idle = [name for name in loaded.estimators if name not in reading.steps]
         report(
             profile,
@@ -108,7 +105,7 @@ class ProfileChecks(Suite):
             do="add the steps that provide their inputs, or remove them",
         )
         pipeline.reset()
-        frame = rig.scenes[1].frame
+        frame = unit.stroke[1]
         found = pickling_fault(pipeline, lambda one: one.process(frame).steps)
         report(
             profile,
@@ -139,26 +136,6 @@ class ProfileChecks(Suite):
     def _load_profile(self, profile: ProfileFile) -> Profile:
         with depend_on("profile"):
             return load_profile(profile.path)
-
-
-def _bundle(profile: Profile, rig: Rig) -> Bundle:
-    """Return a bundle for the profile, fitted to virtual presses."""
-    try:
-        fitted = fitted_by(calibrator_of(profile.calibration), rig.presses, rig.reference)
-    except Exception as error:
-        raise PluginError(f"fitting {profile.calibration.use} fails: {error}") from error
-    artefacts = {LIGHT: fitted}
-    image = profile.image
-    manifest = Manifest(
-        profile=profile.name,
-        artefacts=names_of(artefacts),
-        image_size_px=(image.width_px, image.height_px),
-        channels=rig.channels,
-        mm_per_px=image.mm_per_px,
-        bit_depth=image.bit_depth,
-        profile_hash=profile_hash(profile),
-    )
-    return Bundle(manifest, artefacts, rig.reference)
 
 
 def _scalars(node: Node) -> Iterator[Node]:

@@ -5,7 +5,7 @@ The heights are those of an analytic ball; the illumination is that of the virtu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -235,18 +235,17 @@ class Rig:
         return VirtualPress(frame, press, height_mm, np.stack([gx, gy], -1), contact, truth)
 
     def _frame(self, height_mm: NDArray[np.float64], seed: int, number: int) -> Frame:
-        pixels = _frozen(self.optics.expose(height_mm, frame=seed).copy())
+        frame = self.optics.take_frame(height_mm, number=seed, time_s=10 + number / 30)
+        pixels = _frozen(frame.pixels.copy())
         printed = isinstance(self.profile.gel.markers, Markers)
         finder = MarkerFinder.for_gel(self.profile) if printed else None
-        return Frame(
-            pixels,
-            self.channels,
-            self.profile.image.mm_per_px,
-            self.optics.full_scale,
-            None if finder is None else _frozen(finder.find(pixels)),
-            timestamp_s=10 + number / 30,
+        return replace(
+            frame,
+            pixels=pixels,
+            marker_mask=None if finder is None else _frozen(finder.find(pixels)),
             wall_time_s=1e9 + number / 30,
             sequence=number,
+            source="",
         )
 
 

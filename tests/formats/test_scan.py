@@ -85,6 +85,8 @@ def test_files_that_are_not_scans_are_rejected(tmp_path: Path) -> None:
     assert "empty" in refusal(tmp_path, "images: [a.png]\ncrop: [1, 2, 0, 4]\n")
     assert "YAML" in refusal(tmp_path, "images: [*undefined]\n")
     assert "YAML" in refusal(tmp_path, "[" * 1200)
+    assert "repeated key" in refusal(tmp_path, "images: [a.png]\nimages: [b.png]\n")
+    assert "tags" in refusal(tmp_path, "images: !x [a.png]\n")
     with pytest.raises(InputError, match="no such file"):
         read_scan(tmp_path / "absent.yaml")
 
@@ -116,10 +118,6 @@ def test_a_bomb_of_merge_keys_is_rejected_before_expansion(tmp_path: Path) -> No
     lines = ["a0: &a0 {x: 1, y: 2}"]
     lines += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9)]
     assert "aliases" in refusal(tmp_path, "\n".join(["images: [a.png]", *lines]))
-
-
-def test_a_small_alias_is_expanded(tmp_path: Path) -> None:
-    assert scan_of(tmp_path, "mine: &m [a.png, b.png]\nimages: *m\n").images == ("a.png", "b.png")
 
 
 @pytest.mark.parametrize(

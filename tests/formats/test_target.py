@@ -93,7 +93,7 @@ def test_a_scan_with_drawn_circles_is_read_as_a_target(recordings: Path) -> None
         ("pitch: 1", "pitch: 1e300", "pitch"),
         ("x: 60", "x: 1e300", "x must be"),
         ("x: 60", f"x: {10**400}", "x must be"),
-        ("x: 60", "x: .nan", "x must be"),
+        ("x: 60", "x: .nan", "x: should be a finite number"),
     ],
 )
 def test_impossible_numbers_are_rejected(tmp_path: Path, old: str, new: str, words: str) -> None:

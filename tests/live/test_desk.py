@@ -19,7 +19,6 @@ from tactile_core.calibration.guided.touch import Guidance
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.live.commands import (
     Calibrate,
-    Compare,
     Finish,
     MoveCommand,
     Play,
@@ -32,10 +31,10 @@ from tactile_core.live.desk import Desk
 from tactile_core.live.live_sensor import LiveSensor
 from tactile_core.live.opening import WantedSensor, open_live, wanted_sensors
 from tactile_core.live.shown_state import new_path
-from tactile_core.live.state import true_quantities
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.quantities import ContactMask, Frame, HeightMap, Reference, Wrench
+from tactile_core.quantities import Frame, HeightMap, Reference
 from tactile_core.recordings.running_recording import RunningRecording
+from tactile_core.sim.camera import HandCamera
 
 
 def done(desk: Desk, command: Any) -> str:
@@ -61,45 +60,6 @@ def test_a_full_disk_is_a_sentence_and_the_sensor_goes_on(desk: Desk, tmp_path: 
         done(desk, Snapshot(do="snapshot"))
     before = desk.live.newest.count
     until(lambda: desk.live.newest.count > before)
-
-
-def test_another_estimator_measures_the_same_frame(desk: Desk) -> None:
-    keys = [choice.key for choice in desk.choices]
-    assert "height=core.robust_poisson" in keys
-    assert not any(key.startswith("height=core.contact") for key in keys)
-    done(desk, Compare(do="compare", choice="height=core.robust_poisson"))
-    alternative = desk.live.alternative
-    assert alternative is not None
-    result = until(lambda: alternative.result)
-    other = {type(one): one for one in result.quantities}[HeightMap]
-    own = result.state.reading[HeightMap]
-    assert not np.array_equal(own.mm, other.mm)
-    assert np.abs(own.mm - other.mm).max() < 0.2
-    done(desk, Compare(do="compare"))
-    assert desk.live.alternative is None
-
-
-def test_another_calibration_can_be_compared(lab: VirtualLab, tmp_path: Path) -> None:
-    sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
-    live = LiveSensor(sensor, tmp_path)
-    desk = Desk(live, [lab.bundle])
-    live.play(speed=0.0)
-    live.start()
-    try:
-        (key,) = [one.key for one in desk.choices if one.bundle is not None]
-        done(desk, Compare(do="compare", choice=key))
-        assert live.alternative is not None
-        result = until(lambda: live.alternative and live.alternative.result)
-        other = {type(one): one for one in result.quantities}[HeightMap]
-        np.testing.assert_array_equal(other.mm, result.state.reading[HeightMap].mm)
-    finally:
-        desk.close()
-
-
-@pytest.mark.parametrize("choice", ["../../etc", "height=os.system", "truth", "calibration=9"])
-def test_only_what_was_offered_can_be_compared(desk: Desk, choice: str) -> None:
-    with pytest.raises(InputError, match="no choice"):
-        done(desk, Compare(do="compare", choice=choice))
 
 
 def test_a_recording_is_paused_stepped_and_played_again(desk: Desk) -> None:
@@ -184,25 +144,22 @@ def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: 
     done(virtual, TakeCommand(do="take", kind="sphere", size_mm=5.0))
     done(virtual, MoveCommand(do="move", x_mm=2, y_mm=-1, angle_deg=0, depth_mm=0.4, pressed=True))
 
-    def pressed() -> Any:
-        state = live.newest.value
-        deep = state is not None and state.reading[HeightMap].mm.max() > 0.2
-        return state if deep else None
-
-    state = until(pressed)
-    truth = {type(one): one for one in true_quantities(state.truth)}
-    measured, true = state.reading[HeightMap].mm, truth[HeightMap].mm
-    assert (
-        np.hypot(*(np.subtract(*(np.unravel_index(a.argmax(), a.shape) for a in (measured, true)))))
-        < 8
-    )
+    camera = live.sensor.camera
+    assert isinstance(camera, HandCamera)
+    until(lambda: camera.truth and camera.truth.depth_mm > 0.35)
+    before = live.newest.count
+    until(lambda: live.newest.count > before + 1)  # the last state shows the ball where it rests
+    state, truth = live.newest.value, camera.truth
+    assert state is not None
+    assert truth is not None
+    measured, true = state.reading[HeightMap].mm, truth.height_mm
+    places = [np.unravel_index(one.argmax(), one.shape) for one in (measured, true)]
+    assert np.hypot(*np.subtract(*places)) < 8
     assert measured.max() == pytest.approx(true.max(), rel=0.4)
-    assert truth[Wrench].fz_n > 0
-    assert truth[ContactMask].mask.any()
-    done(virtual, Compare(do="compare", choice="truth"))
-    assert virtual.choice == "truth"
+    assert truth.wrench[2] > 0
+    assert truth.contact.any()
     done(virtual, MoveCommand(do="move", x_mm=0, y_mm=0, angle_deg=0, depth_mm=0.4, pressed=False))
-    until(lambda: live.newest.value and live.newest.value.truth.wrench[2] == 0)
+    until(lambda: camera.truth and camera.truth.wrench[2] == 0)
 
 
 def test_an_object_that_does_not_exist_is_refused(virtual: Desk) -> None:

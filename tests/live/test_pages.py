@@ -77,20 +77,6 @@ def test_every_button_of_a_recording_works(
     assert tab.errors == []
 
 
-def test_two_ways_of_measuring_are_shown_side_by_side(
-    page: LivePage, desk: Desk, new_tab: Callable[..., Tab]
-) -> None:
-    tab = new_tab().open(page)
-    tab.tab.locator(".compare").select_option("height=core.robust_poisson")
-    tab.said("Compared with")
-    tab.wait(lambda: "RMS" in tab.text(".difference-note"))
-    tab.tab.get_by_text("All numbers").click()
-    tab.wait(lambda: tab.tab.locator(".other-column").is_visible())
-    tab.tab.locator(".compare").select_option("")
-    tab.wait(lambda: not tab.tab.locator(".versus").is_visible())
-    assert tab.errors == []
-
-
 def test_every_map_light_and_number_can_be_chosen(
     page: LivePage, new_tab: Callable[..., Tab]
 ) -> None:
@@ -132,8 +118,6 @@ def test_the_mouse_moves_an_object_on_a_virtual_sensor(
         surface = virtual.live.sensor.camera
         tab.wait(lambda: surface.truth and surface.truth.pose.angle_deg > 1)  # type: ignore[attr-defined]
         assert surface.truth.pose.x_mm > 0.2  # type: ignore[attr-defined]
-        tab.tab.locator(".compare").select_option("truth")
-        tab.wait(lambda: "RMS" in tab.text(".difference-note"))
         tab.tab.mouse.up()
         tab.wait(lambda: "no contact" in tab.text(".slip"))
         tab.tab.locator(".object").select_option("cylinder")
@@ -244,7 +228,7 @@ def test_the_keyboard_alone_is_enough(virtual: Desk, new_tab: Callable[..., Tab]
                 key("ArrowLeft")
                 assert before != tab.tab.evaluate("document.querySelector('.solid').toDataURL()")
         assert reached >= {
-            "skip", "reference", "tare", "record", "snapshot", "compare", "object", "size",
+            "skip", "reference", "tare", "record", "snapshot", "object", "size",
             "depth", "camera held", "channel", "map", "upright", "solid", "SUMMARY",
         }  # fmt: skip
 
@@ -407,14 +391,13 @@ def sheared(tab: Tab, camera: Any) -> None:
 
 
 @pytest.mark.timeout(280)
-@pytest.mark.parametrize(("scheme", "choice"), [("light", ""), ("dark", "truth")])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_pictures_of_the_documentation(
-    fingertip: Desk, new_tab: Callable[..., Tab], tmp_path: Path, scheme: str, choice: str
+    fingertip: Desk, new_tab: Callable[..., Tab], tmp_path: Path, scheme: str
 ) -> None:
     folder = Path(os.environ.get("TACTILE_SCREENSHOTS", tmp_path))
     with LivePage([fingertip], TOKEN) as page:
         tab = new_tab(viewport={"width": 1360, "height": 800}, color_scheme=scheme).open(page)
-        tab.tab.locator(".compare").select_option(choice)
         sheared(tab, fingertip.live.sensor.camera)
         picture(tab, folder / f"live_page_{scheme}.webp")
         tab.tab.mouse.up()

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.errors import Place
+from tactile_core.formats.yaml_tree import Node
 from tactile_core.profiles.source import merge, without_nulls
-from tactile_core.profiles.yaml_tree import Node
 
 law = settings(deadline=None)
 BASE, TOP = Place(Path("base.yaml"), 1, 1), Place(Path("top.yaml"), 2, 3)

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import Reader
 from support.readings import SHAPE, contact, height, markers, slopes
 
 from tactile_core.errors import InputError
-from tactile_core.formats.text import read_mapping
+from tactile_core.formats.yaml_tree import read_mapping
 from tactile_core.interfaces.sink import Reading, Session
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, HeightMap, Image, Quantity, SlipState

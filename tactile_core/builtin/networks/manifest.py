@@ -21,7 +21,7 @@ from pydantic import (
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError, LibraryMissing
-from tactile_core.formats.text import read_mapping
+from tactile_core.formats.yaml_tree import read_mapping
 from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.image import ImageSection
 

@@ -2,26 +2,185 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
-from tactile_core.errors import InputError
+from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
 from tactile_core.evaluation.comparison.accuracy import Accuracy, Arrays, Truth, common_names
-from tactile_core.evaluation.comparison.report import (
-    ComparedClock,
-    interleave_readings,
-    peak_of_stream_mib,
-)
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
 from tactile_core.evaluation.comparison.report import Scored as Scored
-from tactile_core.evaluation.comparison.variants import ComparedInput, Variant, variants_of
-from tactile_core.evaluation.own_resources import one_thread
+from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.formats.npz import arrays_of
+from tactile_core.formats.yaml_tree import mapping_of
 from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.sink import Reading
+from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import images_per_observation
+from tactile_core.pipeline.sensor import Sensor
+from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.plugins.blame import blame_of
+from tactile_core.plugins.registry import resolve
+from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
 from tactile_core.recordings.recording import open_recording
+
+CALIBRATION = "calibration"
+
+
+@dataclass(frozen=True)
+class ComparedInput:
+    """The recording that every variant measures.
+
+    Attributes
+    ----------
+    input : Path
+    reference : Path, "first" or None
+        Recording of the undeformed sensor; None for that of the bundle.
+    serial : str or None
+        Serial number of the unit.
+    """
+
+    input: Path
+    reference: Path | str | None = None
+    serial: str | None = None
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A profile and a bundle to measure a recording with.
+
+    Attributes
+    ----------
+    name : str
+        ``as it is`` for the unchanged profile, or the swap.
+    profile : Profile
+    bundle : Path or None
+        Calibration; None for the unit's own, if any.
+    """
+
+    name: str
+    profile: Profile
+    bundle: Path | None = None
+
+    def open(self, recording: ComparedInput) -> Sensor:
+        """Open the recording as a sensor of this variant.
+
+        Raises
+        ------
+        TactileError
+            As :func:`~tactile_core.pipeline.opening.open_sensor`, prefixed by the variant's name.
+        """
+        try:
+            return open_sensor(
+                self.profile,
+                serial=recording.serial,
+                bundle=self.bundle,
+                input=recording.input,
+                reference=recording.reference,
+            )
+        except TactileError as error:
+            raise type(error)(f"{self.name}: {error}") from error
+
+
+def variants_of(
+    profile: str | Path, swaps: Iterable[tuple[str, str]], bundle: Path | None = None
+) -> list[Variant]:
+    """Return the unchanged profile, and one variant per swap.
+
+    Parameters
+    ----------
+    profile : str or Path
+        A profile's name or the path of its YAML file.
+    swaps : iterable of (step, use)
+        A step of the profile's chain and the estimator to use in it, by name or with options as a
+        profile writes it: ``{use: core.force_cnn, manifest: my.yaml}``. Options that both
+        estimators have are kept; the others take their defaults. Or ``("calibration", path of a
+        bundle)``.
+    bundle : Path, optional
+        Calibration of all variants that do not swap it.
+
+    Raises
+    ------
+    InputError
+        The profile has no such step.
+    ProfileError, PluginError
+        The estimator does not exist, or does not fit the step.
+    """
+    unique_swaps = list(dict.fromkeys(swaps))
+    plain = load_profile(profile)
+    variants = [Variant("as it is", plain, bundle)]
+    for step, use in unique_swaps:
+        name = f"{step}={use}"
+        if step == CALIBRATION:
+            variants.append(Variant(name, plain, _bundle_folder(use)))
+            continue
+        _check_step(step, plain)
+        component = _component(step, use)
+        resolve("estimator", component["use"])
+        try:
+            swapped = load_profile(profile, overrides={"estimators": {step: component}})
+        except ProfileError as error:
+            raise ProfileError(f"{name}: {error}", error.problems) from error
+        variants.append(Variant(name, swapped, bundle))
+    return variants
+
+
+def parse_swap(words: str) -> tuple[str, str]:
+    """Return step and use of ``STEP=USE``.
+
+    Raises
+    ------
+    InputError
+        The text does not have this form.
+    """
+    step, equals, use = words.partition("=")
+    if not (step and equals and use):
+        raise InputError(
+            f"--swap {words}: write STEP=USE, for example height=core.robust_poisson or "
+            f"calibration=path/of/a/bundle"
+        )
+    return step, use
+
+
+def _component(step: str, use: str) -> dict[str, Any]:
+    """Return the section of a profile that names an estimator."""
+    if not use.startswith("{"):
+        return {"use": use}
+    section = mapping_of(use, Path(f"--swap {step}"))
+    if not isinstance(section.get("use"), str):
+        raise InputError(f"--swap {step}={use}: name the estimator, {{use: plugin.name, …}}")
+    return section
+
+
+def _check_step(step: str, profile: Profile) -> None:
+    steps = [*profile.estimators, CALIBRATION]
+    if step in steps:
+        return
+    near = get_close_matches(step, steps, 1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise InputError(f"{profile.name} has no step {step!r}; {hint}There are {', '.join(steps)}")
+
+
+def _bundle_folder(use: str) -> Path:
+    folder = Path(use)
+    if not folder.is_dir():
+        try:
+            resolve("calibrator", use)
+        except PluginError:
+            raise InputError(
+                f"calibration={use}: there is no such folder; give the folder of a bundle from "
+                f"'tactile calibrate'"
+            ) from None
+        raise InputError(
+            f"calibration={use}: {use} is a model that has to be fitted first; run 'tactile "
+            f"calibrate … --model {use} --out FOLDER' and swap in calibration=FOLDER"
+        )
+    return folder
 
 
 def compare(
@@ -73,11 +232,11 @@ def compare(
     count = _checked_count(variants[0], recording, folder)
     progress.stage("comparing", 0.7)
     scores = [Accuracy() for _ in variants]
+    latencies_ms: list[list[float]] = [[] for _ in variants]
     shown: tuple[float, str, Arrays, tuple[Arrays, ...]] | None = None
     frames = 0
     with one_thread(), ExitStack() as stack:
         sensors = [stack.enter_context(variant.open(recording)) for variant in variants]
-        clock = ComparedClock([sensor.pipeline for sensor in sensors])
         for readings in interleave_readings([sensor.stream() for sensor in sensors]):
             name = readings[0].source
             true = folder.read_arrays(name)
@@ -93,7 +252,8 @@ def compare(
                 )
             for score, measured, common in zip(scores, arrays, names, strict=True):
                 score.add(measured, true, common)
-            clock.note(readings)
+            for times, reading in zip(latencies_ms, readings, strict=True):
+                times.append(reading.latency_ms)
             top = float(true["height_mm"].max()) if "height_mm" in names[0] else 0.0
             if shown is None or top > shown[0]:
                 shown = top, name, true, arrays
@@ -101,13 +261,14 @@ def compare(
             progress.fraction(frames / count if count else 0.0)
         if shown is None:
             raise InputError(f"{input} contains no frames; give another recording")
-        clock.fill()
     progress.stage("memory", 0.3)
     scored = []
     for number, variant in enumerate(variants):
         peak_mib, notes = peak_of_stream_mib(variant, recording)
-        accuracy, times = scores[number].summary(), clock.latency_ms(number)
-        scored.append(Scored(variant.name, accuracy, times, peak_mib, notes))
+        accuracy = scores[number].summary()
+        # the first frame prepares tables
+        timed = tuple(latencies_ms[number][1:] or latencies_ms[number])
+        scored.append(Scored(variant.name, accuracy, timed, peak_mib, notes))
         progress.fraction((number + 1) / len(variants))
     return Comparison(variants[0].profile, frames, tuple(scored), *shown[1:])
 
@@ -118,3 +279,46 @@ def _checked_count(plain: Variant, recording: ComparedInput, truth: Truth) -> in
     files = open_recording(recording.input, images_per_observation=per_frame)
     truth.check(list(files.names or ()))
     return files.count
+
+
+def interleave_readings(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
+    """Yield the readings of each frame; the streams rotate so that each is first equally often."""
+    number = 0
+    while True:
+        readings: dict[int, Reading] = {}
+        for turn in range(len(streams)):
+            index = (number + turn) % len(streams)
+            reading = next(streams[index], None)
+            if reading is None:
+                return
+            readings[index] = reading
+        yield [readings[index] for index in range(len(streams))]
+        number += 1
+
+
+# Frames that the process measures. Chosen by hand; memory no longer grows after the first few.
+FRAMES = 20
+
+
+def peak_of_stream_mib(
+    variant: Variant, recording: ComparedInput
+) -> tuple[float | None, tuple[str, ...]]:
+    """Measure the first frames in a separate process.
+
+    Returns
+    -------
+    peak_mib : float or None
+        Its peak resident memory, including Python and libraries.
+    notes : tuple of str
+        Notes of the sensor on opening.
+    """
+    with WorkerProcess(_stream, variant, recording) as process:
+        peak_mib, notes = process.receive()
+    return peak_mib, notes
+
+
+def _stream(variant: Variant, recording: ComparedInput) -> Generator[Any, None, None]:
+    with one_thread(), variant.open(recording) as sensor:
+        for _ in islice(sensor.stream(), FRAMES):
+            pass
+        yield peak_memory_mib(), sensor.notes

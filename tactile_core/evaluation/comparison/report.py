@@ -1,22 +1,14 @@
-"""The report of a comparison, with the memory that it took."""
+"""The table and the page of a comparison."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tactile_core.evaluation.comparison.accuracy import Arrays
-from tactile_core.evaluation.comparison.variants import ComparedInput, Variant
-from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
-from tactile_core.interfaces.sink import Reading
-from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame
 from tactile_core.quantities.fields import Outline, Surface
 from tactile_core.views.html import figure, heading, page, paragraph, table
 from tactile_core.views.maps import Overlay, deviation, relief
@@ -202,91 +194,3 @@ def _other(value: Any) -> str:
     if value is None:
         return NOTHING
     return " ".join(f"{v:.4g}" for v in (value if isinstance(value, list) else [value]))
-
-
-# Fewest frames to time; shorter recordings are repeated, for timing only. Chosen by hand.
-LEAST_FRAMES = 20
-
-
-def interleave_readings(streams: Sequence[Iterator[Reading]]) -> Iterator[list[Reading]]:
-    """Yield the readings of each frame; the streams rotate so that each is first equally often."""
-    number = 0
-    while True:
-        readings: dict[int, Reading] = {}
-        for turn in range(len(streams)):
-            index = (number + turn) % len(streams)
-            reading = next(streams[index], None)
-            if reading is None:
-                return
-            readings[index] = reading
-        yield [readings[index] for index in range(len(streams))]
-        number += 1
-
-
-class ComparedClock:
-    """Collects the latencies of readings.
-
-    The first reading is a warm-up (it prepares tables) and is not counted.
-
-    Parameters
-    ----------
-    pipelines : sequence of Pipeline
-        Pipelines of the readings.
-    """
-
-    def __init__(self, pipelines: Sequence[Pipeline]) -> None:
-        self._pipelines = pipelines
-        self._latency_ms: list[list[float]] = [[] for _ in pipelines]
-        self._frames: list[Frame] = []
-        self._warm = False
-
-    def latency_ms(self, index: int) -> tuple[float, ...]:
-        """Latencies of one pipeline."""
-        return tuple(self._latency_ms[index])
-
-    def note(self, readings: Sequence[Reading]) -> None:
-        """Count the readings of a frame, one of each pipeline."""
-        if len(self._frames) < LEAST_FRAMES:
-            # marker detection is part of the time, so a repetition has to detect them again
-            self._frames.append(replace(readings[0].frame, marker_mask=None))
-        if self._warm:
-            for times, reading in zip(self._latency_ms, readings, strict=True):
-                times.append(reading.latency_ms)
-        self._warm = True
-
-    def fill(self) -> None:
-        """Repeat the first frames until enough are timed."""
-        while len(self._latency_ms[0]) < LEAST_FRAMES:
-            for pipeline in self._pipelines:
-                pipeline.reset()
-            again = [map(pipeline.process, self._frames) for pipeline in self._pipelines]
-            for readings in interleave_readings(again):
-                self.note(readings)
-
-
-# Frames that the process measures. Chosen by hand; memory no longer grows after the first few.
-FRAMES = 20
-
-
-def peak_of_stream_mib(
-    variant: Variant, recording: ComparedInput
-) -> tuple[float | None, tuple[str, ...]]:
-    """Measure the first frames in a separate process.
-
-    Returns
-    -------
-    peak_mib : float or None
-        Its peak resident memory, including Python and libraries.
-    notes : tuple of str
-        Notes of the sensor on opening.
-    """
-    with WorkerProcess(_stream, variant, recording) as process:
-        peak_mib, notes = process.receive()
-    return peak_mib, notes
-
-
-def _stream(variant: Variant, recording: ComparedInput) -> Generator[Any, None, None]:
-    with one_thread(), variant.open(recording) as sensor:
-        for _ in islice(sensor.stream(), FRAMES):
-            pass
-        yield peak_memory_mib(), sensor.notes

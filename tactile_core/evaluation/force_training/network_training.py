@@ -230,8 +230,12 @@ def _finish(
         onnx_bytes,
         write_network,
     )
-    from tactile_core.evaluation.force_training.networks import LoadMap
-    from tactile_core.evaluation.force_training.training import TrainingSet, predict_wrenches, train
+    from tactile_core.evaluation.force_training.training import (
+        LoadMap,
+        TrainingSet,
+        predict_wrenches,
+        train,
+    )
 
     known, check, unseen = parts
     data, heading, limits = words

@@ -2,24 +2,174 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import platform
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from tactile_core.errors import TactileError
-from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.evaluation.timing.results import (
-    WARM_UP_FRAMES,
-    machine,
-    peak_of_stream_mib,
-)
-from tactile_core.evaluation.timing.results import Bench as Bench
-from tactile_core.evaluation.timing.results import Benches as Benches
-from tactile_core.evaluation.timing.results import Cost as Cost
+from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.pipeline.workers import WorkerProcess, available_cores
 from tactile_core.profiles.model import Profile
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Time of one stage.
+
+    Attributes
+    ----------
+    stage : str
+    median_ms, p90_ms : float
+    """
+
+    stage: str
+    median_ms: float
+    p90_ms: float
+
+    @property
+    def per_second(self) -> float:
+        """Frames per second of this stage alone on one core."""
+        return 1e3 / self.median_ms
+
+    def summary(self) -> dict[str, Any]:
+        """JSON-ready."""
+        return {
+            "stage": self.stage,
+            "median_ms": round(self.median_ms, 4),
+            "p90_ms": round(self.p90_ms, 4),
+            "fps": round(self.per_second, 1),
+        }
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Time and memory of one profile at one image size.
+
+    Attributes
+    ----------
+    profile, model : str
+        Names of the profile and of the fitted calibrator.
+    size_px : (width, height)
+    stages : tuple of Cost
+        In processing order; the last one is the whole frame, measured separately.
+    rounds : int
+        Number of measurements of each stage.
+    peak_memory_mib : float or None
+        Peak resident memory of a process that only streams, including Python and libraries.
+    """
+
+    profile: str
+    model: str
+    size_px: tuple[int, int]
+    stages: tuple[Cost, ...]
+    rounds: int
+    peak_memory_mib: float | None
+
+    def summary(self) -> dict[str, Any]:
+        """JSON-ready."""
+        peak = self.peak_memory_mib
+        return {
+            "profile": self.profile,
+            "model": self.model,
+            "size_px": list(self.size_px),
+            "stages": [cost.summary() for cost in self.stages],
+            "rounds": self.rounds,
+            "peak_memory_mib": None if peak is None else round(peak, 1),
+        }
+
+
+@dataclass(frozen=True)
+class Benches:
+    """Benchmarks of several profiles on one machine.
+
+    Attributes
+    ----------
+    machine : dict
+        See :func:`~tactile_core.evaluation.timing.machine`.
+    benches : tuple of Bench
+    left_out : tuple of str
+        Profiles that could not be built, each with the reason.
+    """
+
+    machine: dict[str, Any]
+    benches: tuple[Bench, ...]
+    left_out: tuple[str, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """The output of ``tactile bench --json``."""
+        return {
+            "machine": self.machine,
+            "benches": [bench.summary() for bench in self.benches],
+            "left_out": list(self.left_out),
+        }
+
+
+_PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "scikit-image")
+
+
+def machine() -> dict[str, Any]:
+    """Name of the processor, available cores, and versions (None: not installed)."""
+    from tactile_core import __version__
+
+    return {
+        "cpu": _cpu_name(),
+        "cores": available_cores(),
+        "system": platform.platform(terse=True),
+        "versions": {
+            "tactile-core": __version__,
+            "python": platform.python_version(),
+            **{name: _version(name) for name in _PACKAGES},
+        },
+    }
+
+
+def _cpu_name() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith(("model name", "Model")):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+# Frames before timing starts. Chosen by hand; the first one compiles and prepares tables.
+WARM_UP_FRAMES = 4
+
+
+def peak_of_stream_mib(unit: VirtualUnit) -> float | None:
+    """Return the peak resident memory of a process that only streams a unit, MiB.
+
+    Python and libraries are included; None if the system does not report it.
+    """
+    unit = replace(unit, frames=())  # a stream holds no images but its own
+    with WorkerProcess(_stream, unit) as process:
+        peak_mib: float | None = process.receive()
+    return peak_mib
+
+
+def _stream(unit: VirtualUnit) -> Generator[float | None, None, None]:
+    with one_thread():
+        stream = Stream(unit)
+        for _ in range(WARM_UP_FRAMES):
+            stream.whole()
+        yield peak_memory_mib()
+
 
 SECONDS = 6.0  # Default time for measuring the stages of all units together, s. Chosen by hand.
 

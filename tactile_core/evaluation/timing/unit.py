@@ -21,7 +21,7 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.illumination import Exposure, Illumination
+from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
@@ -115,8 +115,7 @@ def virtual_unit(
     profile = profile if size_px is None else _resize_profile(profile, size_px)
     calibrator = calibrator_of(profile.calibration, model)
     image = profile.image
-    lights = make_lights(profile)
-    take = partial(_frame, RigOptics(profile), lights)
+    take = partial(_take_frame, RigOptics(profile))
     undeformed = take(None, 0)
     condition = Conditioning.for_build(profile, average([undeformed]), compensates=False)
     reference = condition.undeformed
@@ -136,7 +135,7 @@ def virtual_unit(
         profile=profile.name,
         artefacts=names_of(artefacts),
         image_size_px=(image.width_px, image.height_px),
-        channels=lights.channels,
+        channels=reference.channels,
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         ball_diameters_mm=(ball_mm,),
@@ -163,39 +162,20 @@ def _resize_profile(profile: Profile, size_px: tuple[int, int]) -> Profile:
     return profile.model_copy(update={"image": image})
 
 
-def _frame(
-    optics: RigOptics,
-    lights: Illumination,
-    ball: BallPress | None,
-    seed: int,
-    sheared_px: float = 0.0,
+def _take_frame(
+    optics: RigOptics, ball: BallPress | None, number: int, sheared_px: float = 0.0
 ) -> Frame:
     image = optics.profile.image
     shape = (image.height_px, image.width_px)
-    height_mm, displacement_mm = np.zeros(shape), None
-    if ball is not None:
-        x, y = ball.centre_px
-        ball = replace(ball, centre_px=(x + sheared_px, y))
-        height_mm = ball.height_mm(shape, image.mm_per_px)
-        if sheared_px:
-            displacement_mm = image.mm_per_px * sheared_px * _shear(ball, shape, image.mm_per_px)
-    pixels = optics.expose(height_mm, displacement_mm, frame=seed)
-    exposures = [
-        _exposure(pixels, [lights.channels.index(name) for name in exposure.channels])
-        for exposure in lights.exposures()
-    ]
-    # rendered images need no crop, rotation or undistortion
-    straight = ImageSection(
-        width_px=image.width_px,
-        height_px=image.height_px,
-        mm_per_px=image.mm_per_px,
-        color=image.color,
-        bit_depth=image.bit_depth,
-    )
-    with StillCamera(exposures) as camera:
-        frame = Acquisition(camera, lights, straight).observe()
-    assert frame is not None
-    return replace(frame, sequence=seed)
+    if ball is None:
+        return optics.take_frame(np.zeros(shape), number=number)
+    x, y = ball.centre_px
+    ball = replace(ball, centre_px=(x + sheared_px, y))
+    displacement_mm = None
+    if sheared_px:
+        displacement_mm = image.mm_per_px * sheared_px * _shear(ball, shape, image.mm_per_px)
+    height_mm = ball.height_mm(shape, image.mm_per_px)
+    return optics.take_frame(height_mm, displacement_mm, number=number)
 
 
 def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
@@ -204,13 +184,6 @@ def _shear(ball: BallPress, shape: tuple[int, int], mm_per_px: float) -> Pixels:
     beyond = np.hypot(x, y[:, None]) * mm_per_px / ball.contact_radius_mm - 1
     along = np.clip(1 - beyond / 2.5, 0, 1)  # zero from 2.5 contact radii outside on
     return np.stack([along, np.zeros(shape)], axis=-1)
-
-
-def _exposure(pixels: Pixels, channels: Sequence[int]) -> Pixels:
-    """(H, W, 3) for simultaneous lights, (H, W) for a single one or for a dark exposure."""
-    if not channels:
-        return np.zeros_like(pixels[..., 0])
-    return np.ascontiguousarray(pixels[..., channels].squeeze())
 
 
 ACQUIRE, LIGHTS, MARKERS, SLOPES = "acquire", "lights verified", "markers masked", "slopes"

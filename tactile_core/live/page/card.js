@@ -26,7 +26,6 @@ export class Card {
     card.setAttribute("aria-labelledby", this.title.id);
     this.relief = new MapView(this.at(".relief"));
     this.range = new Range();
-    this.sides = [".one", ".two", ".difference"].map((name) => new MapView(this.at(name)));
     this.solid = new SolidView(this.at(".solid"), () => this.#drawSolid());
     this.guided = new Guided(this);
     this.history = new History();
@@ -68,8 +67,6 @@ export class Card {
     this.title.textContent = hello.serial ? `${hello.profile} · ${hello.serial}` : hello.profile;
     const kinds = { virtual: "Virtual sensor", recording: "Recording", live: "" };
     this.at(".about").textContent = [kinds[hello.kind], hello.description].filter(Boolean).join(". ");
-    const compare = this.at(".compare");
-    compare.replaceChildren(new Option("nothing", ""), ...hello.choices.map((one) => new Option(one.title, one.key)));
     for (const button of this.root.querySelectorAll("button")) button.disabled = false;
     this.waiting.clear();
     if (hello.hand && !this.hand) this.hand = new Hand(this, this.at(".camera"), this.at(".hand"), hello);
@@ -107,7 +104,6 @@ export class Card {
       if (received - this.solidMs > SOLID_MS) this.#drawSolid(received);
       this.mapNote = note;
     }
-    this.#drawVersus(message, colours);
     this.#wordsLater();
     picture.close();
     this.shownMs = header.age_ms + performance.now() - received;
@@ -134,33 +130,6 @@ export class Card {
     if (!this.last?.map || !this.relief.pixels) return;
     this.solidMs = now;
     this.solid.draw(this.last.map, this.range, this.relief.pixels, this.last.size);
-  }
-
-  #drawVersus(message, colours) {
-    const { versus, size } = message.header;
-    const place = this.at(".versus");
-    place.hidden = !versus;
-    if (!versus) return;
-    const pair = versus.pairs[0];
-    this.at(".versus .panels").hidden = !pair;
-    this.at(".versus h3").textContent = `Beside ${versus.title}`;
-    const faults = [versus.failure, ...versus.faults].filter(Boolean).join(" ");
-    this.at(".versus-note").textContent = faults || (pair ? pair.one.title : "Both have no map in common; see all numbers below.");
-    if (!pair) return;
-    const scale = message.header.mm_per_px;
-    const [one, two] = [pair.one, pair.two].map((map) => readMap({ mm_per_px: scale, ...map }, message));
-    const range = this.range.key === one.key ? this.range : { low: Math.min(one.low, two.low), high: Math.max(one.high, two.high, one.low + 1e-6) };
-    const { overlays } = message.header;
-    this.sides[0].draw(one, range, size, { overlays: overlays.filter((o) => o.kind === "outline"), message, colours });
-    this.sides[1].draw(two, range, size, { overlays: versus.overlays.filter((o) => o.kind === "outline"), message, colours });
-    this.at(".other-title").textContent = versus.title;
-    const note = this.at(".difference-note");
-    this.at(".difference").parentElement.hidden = !pair.difference;
-    if (!pair.difference) return;
-    const difference = readMap({ key: "difference", kind: "scalars", unit: one.unit, ...pair.difference }, message);
-    const most = Math.max(-difference.low, difference.high, (range.high - range.low) / 10);
-    this.sides[2].draw(difference, { low: -most, high: most }, size, { message, colours, diverging: true });
-    note.textContent = `RMS ${shownNumber(pair.rms, one.unit)}, colours to ±${shownNumber(most, one.unit)}`;
   }
 
   // ---- words and numbers
@@ -198,10 +167,7 @@ export class Card {
     if (this.at(".health").open) showHealth(this.at(".findings"), header.health);
     this.#showMaps(header, map);
     this.#showPlots(header, colours);
-    const { versus } = header;
-    const others = versus ? new Map(versus.entries.map(([key, , , one]) => [key, one])) : null;
-    const listed = versus ? [...entries, ...versus.entries.filter(([key]) => !value.has(key)).map(([k, t, u]) => [k, t, u, null])] : entries;
-    if (this.at(".all").open) this.numbers.show(listed, new Set(this.plots.keys()), others, versus?.title);
+    if (this.at(".all").open) this.numbers.show(entries, new Set(this.plots.keys()));
     this.#showWarnings(header);
     this.at(".source").textContent = `${header.source}, ${header.time_s.toFixed(2)} s`;
     const relative = header.relative ? "relative to the first frame" : "";
@@ -304,8 +270,6 @@ export class Card {
     record.querySelector(".label").textContent = recording
       ? `Stop, ${recording.images} images${recording.dropped ? `, ${recording.dropped} dropped` : ""}` : "Record";
     if (recording?.failure) this.#say(recording.failure, true);
-    const compare = this.at(".compare");
-    if (document.activeElement !== compare) compare.value = status.choice;
   }
 
   #say(words, bad = false) {
@@ -345,7 +309,6 @@ export class Card {
     });
     this.at(".speed").addEventListener("change", (event) => this.#ask({ do: "play", speed: Number(event.target.value) }));
     this.at(".loop").addEventListener("change", (event) => this.#ask({ do: "play", loop: event.target.checked }));
-    this.at(".compare").addEventListener("change", (event) => this.#ask({ do: "compare", choice: event.target.value }));
     for (const name of [".map", ".channel"]) this.at(name).addEventListener("change", () => this.#want());
     this.relief.canvas.addEventListener("pointermove", (event) => this.#probe(event));
     this.relief.canvas.addEventListener("pointerleave", () => (this.at(".probe").textContent = ""));

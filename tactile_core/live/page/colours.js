@@ -44,21 +44,8 @@ function reliefTable() {
   return table;
 }
 
-function divergingTable() {
-  const table = new Uint32Array(LEVELS);
-  for (let i = 0; i < LEVELS; i++) {
-    const t = (2 * i) / (LEVELS - 1) - 1;
-    const hue = ((t < 0 ? 255 : 30) * Math.PI) / 180;
-    const chroma = 0.17 * Math.abs(t);
-    table[i] = packed(srgb(0.98 - 0.45 * Math.abs(t), chroma * Math.cos(hue), chroma * Math.sin(hue)));
-  }
-  return table;
-}
-
 const RELIEF = reliefTable();
-const DIVERGING = divergingTable();
 export const SEQUENTIAL = RELIEF.filter((_, index) => index % SHADES === SHADES / 2);
-export { DIVERGING };
 
 // Fills 32-bit pixels with a height map, coloured by its height and shaded by its slope.
 export function shadeRelief(map, low, high, out) {

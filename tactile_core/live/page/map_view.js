@@ -1,6 +1,6 @@
 // A map of numbers: relief of a surface, or colours, with outlines and arrows.
 
-import { DIVERGING, SEQUENTIAL, colourMap, shadeRelief } from "./colours.js";
+import { SEQUENTIAL, colourMap, shadeRelief } from "./colours.js";
 import { drawArrows, drawOverlays, fitted, magnification } from "./overlay.js";
 
 const CALM = 0.97; // share of the range that is kept from one picture to the next
@@ -39,7 +39,7 @@ export class MapView {
   }
 
   // Returns the words about arrows, if there are any.
-  draw(map, { low, high }, size, { overlays = [], message, colours, diverging = false }) {
+  draw(map, { low, high }, size, { overlays = [], message, colours }) {
     const { width, height } = map;
     if (!this.image || this.image.width !== width || this.image.height !== height) {
       this.image = new ImageData(width, height);
@@ -47,8 +47,8 @@ export class MapView {
       this.buffer.width = width;
       this.buffer.height = height;
     }
-    if (map.kind === "surface" && !diverging) shadeRelief(map, low, high, this.pixels);
-    else colourMap(map, low, high, diverging ? DIVERGING : SEQUENTIAL, this.pixels);
+    if (map.kind === "surface") shadeRelief(map, low, high, this.pixels);
+    else colourMap(map, low, high, SEQUENTIAL, this.pixels);
     const context = fitted(this.canvas, size[0] / size[1]);
     if (!context) return "";
     this.buffer.getContext("2d").putImageData(this.image, 0, 0);

@@ -7,22 +7,16 @@ const WORDS = { ok: "well", warning: "look at it", unknown: "not known" };
 export class NumberTable {
   constructor(table, onPlot) {
     this.body = table.tBodies[0];
-    this.column = table.querySelector(".other-column");
     this.onPlot = onPlot;
     this.rows = new Map();
   }
 
-  // others: entries of the other way by key, or null
-  show(entries, plotted, others, otherTitle) {
-    this.column.hidden = !others;
-    this.column.textContent = otherTitle;
+  show(entries, plotted) {
     const there = new Set();
     for (const [key, title, unit, value] of entries) {
       there.add(key);
       const row = this.rows.get(key) || this.#row(key, title);
       row.value.textContent = shownNumber(value, unit);
-      row.other.hidden = !others;
-      row.other.textContent = others && others.has(key) ? shownNumber(others.get(key), unit) : "–";
       row.plot.hidden = typeof value !== "number";
       row.plot.checked = plotted.has(key);
     }
@@ -40,14 +34,13 @@ export class NumberTable {
     name.textContent = title;
     element.append(name);
     const value = element.insertCell();
-    const other = element.insertCell();
-    value.className = other.className = "value";
+    value.className = "value";
     const plot = document.createElement("input");
     plot.type = "checkbox";
     plot.setAttribute("aria-label", `Plot ${title}`);
     plot.addEventListener("change", () => this.onPlot(key, plot.checked));
     element.insertCell().append(plot);
-    const row = { element, value, other, plot };
+    const row = { element, value, plot };
     this.rows.set(key, row);
     return row;
   }

@@ -24,6 +24,7 @@ from tactile_core.recordings.recorder import (
     RecordingWriter,
 )
 from tactile_core.recordings.recording_file import (
+    LIST,
     EventEntry,
     ImageEntry,
     RecordingFile,
@@ -35,7 +36,6 @@ from tactile_core.recordings.session_files import (
     session_files,
     session_of,
 )
-from tactile_core.recordings.source import LIST
 
 # Names in the folder.
 SESSION_FOLDER, REFERENCES_FOLDER, READINGS = "session", "session/references", "readings.jsonl"

@@ -14,18 +14,14 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
 from tactile_core.formats.images import decode_image
-from tactile_core.formats.npz import DESCRIPTION
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.hdf5.column_file import END, ColumnFile, import_h5py
 from tactile_core.recordings.hdf5.columns import (
     IMAGES,
-    JSON,
     LEVELS,
     NONE,
     NUMBERS,
-    READINGS,
-    ROWS,
     ImageColumns,
     ReadingColumns,
 )
@@ -148,10 +144,6 @@ class Hdf5File(RecordingFile):
     ------
     InputError
         It is no such recording, unfinished, of a newer version, or ``h5py`` is not installed.
-
-    Attributes
-    ----------
-    readings : int
     """
 
     finished = True
@@ -159,12 +151,10 @@ class Hdf5File(RecordingFile):
     def __init__(self, path: Path) -> None:
         self.path = path
         self._file: h5py.File = _open_file(path)
-        self._known_rows: dict[str, NDArray[np.int64]] = {}
         try:
             _check_format(self._file, path)
             self.session: RecordedSession = session_of(self._files(SESSION), path)
             self.entries = tuple(self._in_order())
-            self.readings = len(self._read(JSON[0] + END))
         except _UNREADABLE as error:
             self._file.close()
             raise InputError(f"{path} is damaged ({error}); copy or convert it again") from error
@@ -196,23 +186,6 @@ class Hdf5File(RecordingFile):
         if REFERENCES + name not in self._file:
             raise InputError(f"{self.path} has no reference {name!r}; give --reference")
         return reference_from(self._read(REFERENCES + name).tobytes(), self.path)
-
-    def reading_line(self, number: int) -> dict[str, Any]:
-        """Return the line of ``tactile run --json`` of a reading."""
-        line: dict[str, Any] = json.loads(self._bytes(JSON[0], number))
-        return line
-
-    def reading_arrays(self, number: int) -> dict[str, NDArray[Any]]:
-        """Return the arrays of a reading, as in the ``.npz`` that ``tactile run`` writes.
-
-        :func:`tactile_core.formats.npz.quantities_in` makes quantities of them.
-        """
-        described = self._bytes(JSON[1], number)
-        wanted = (entry["arrays"].values() for entry in json.loads(described).values())
-        names = {"valid", "mm_per_px"}.union(*wanted)
-        found = {name: a for name in names if (a := self._array(name, number)) is not None}
-        found[DESCRIPTION] = np.frombuffer(described, np.uint8)
-        return found
 
     def _in_order(self) -> Iterator[ImageEntry | EventEntry]:
         images = list(self._images())
@@ -260,28 +233,6 @@ class Hdf5File(RecordingFile):
         *before, end = self._read(name + END, max(row - 1, 0), row + 1).tolist()
         return self._read(name, before[0] if before else 0, end).tobytes()
 
-    def _array(self, name: str, number: int) -> NDArray[Any] | None:
-        """Return an array of a reading; None if it has none of this name."""
-        column, next_kind = name, 1
-        empty: NDArray[Any] | None = None
-        while ROWS + column in self._file:
-            begin, end = np.searchsorted(self._rows_of(column), [number, number + 1])
-            many = self._file[READINGS + column].attrs.get("rows") == "many"
-            values = _decode_texts(self._read(READINGS + column, int(begin), int(end)))
-            if end > begin:
-                return values if many else np.asarray(values[0])
-            if many and empty is None:
-                empty = values
-            next_kind += 1
-            column = f"{name}.{next_kind}"
-        return empty
-
-    def _rows_of(self, column: str) -> NDArray[np.int64]:
-        """Return the number of the reading of each row of a column."""
-        if column not in self._known_rows:
-            self._known_rows[column] = self._read(ROWS + column)
-        return self._known_rows[column]
-
 
 def _open_file(path: Path) -> h5py.File:
     h5py = import_h5py()
@@ -318,7 +269,3 @@ def _describe_row(
     found = {name: float(column[row]) for name, column in levels.items()}
     described["levels"] = {name: level for name, level in found.items() if level == level}
     return described
-
-
-def _decode_texts(values: NDArray[Any]) -> NDArray[Any]:
-    return np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values

@@ -16,6 +16,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import COLOUR, Exposure
 from tactile_core.pipeline.playback import make_lights
+from tactile_core.quantities import Frame
 from tactile_core.sim.modes import Mode
 from tactile_core.sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette
 from tactile_core.sim.optics.faults import Faults
@@ -144,6 +145,28 @@ class RigOptics:
         levels = [shot.levels for shot in self._shots]
         planes = self._take_exposures(surface, levels, number, first=0)
         return planes[0] if len(planes) == 1 else _side_by_side(planes)
+
+    def take_frame(
+        self,
+        height_mm: NDArray[Any],
+        displacement_mm: NDArray[Any] | None = None,
+        markers_px: NDArray[Any] | None = None,
+        *,
+        number: int,
+        time_s: float = 0.0,
+    ) -> Frame:
+        """Take one frame as :meth:`expose` does, with its number and simulated time."""
+        pixels = self.expose(height_mm, displacement_mm, markers_px, frame=number)
+        return Frame(
+            pixels=pixels,
+            channels=self.channels,
+            mm_per_px=self.profile.image.mm_per_px,
+            full_scale=self.full_scale,
+            timestamp_s=time_s,
+            sequence=number,
+            source=f"{number:06d}",
+            exposure_times_s=(time_s,) * len(self._shots),
+        )
 
     def surface(
         self,

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32
-from tactile_core.sim.refinement import BandedMatrix
 
 _MAX_STEPS = 16  # [count] Largest number of steps along a ray
 # [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing light
@@ -153,21 +152,3 @@ def _near_steep(low: Float32, least_mm: float, reach_px: int) -> tuple[slice, sl
         first, last = int(cells[0]) - reach_px, int(cells[-1]) + 2 + reach_px
         sides.append(slice(max(first, 0), min(last, size)))
     return sides[0], sides[1]
-
-
-def average_pixels(values: Float32, size: tuple[int, int]) -> Float32:
-    """Means over the pixels of a coarser grid of this many columns and rows.
-
-    OpenCV takes more than twice as long where the sizes are no multiples.
-    """
-    down, across = (_means(*sides) for sides in zip(values.shape, size[::-1], strict=True))
-    return across.along(down.times(values))
-
-
-@cache
-def _means(pixels: int, parts: int) -> BandedMatrix:
-    """Matrix (parts, pixels) that averages over equal parts of a side."""
-    edges = np.arange(parts + 1) * (pixels / parts)
-    left = np.arange(pixels)
-    covered = np.minimum(left + 1, edges[1:, None]) - np.maximum(left, edges[:-1, None])
-    return BandedMatrix.from_matrix(np.maximum(covered, 0) * (parts / pixels))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.shadows import Shadows, average_pixels, cast
+from tactile_core.sim.optics.shadows import Shadows, cast
 from tactile_core.sim.optics.surface import OpticalSurface
 
 # [share] Specular share of the reflected light: to look like the coated gels in [1]_, figure 4
@@ -252,7 +252,8 @@ class Shining:
         if not self.sources or np.ptp(relief) < 0.01:  # mm: too flat to cast shadows
             return None
         shadows = [source.shadows for _, source, _, _ in self.sources]
-        return cast(shadows, average_pixels(relief, shadows[0].size), relief.shape)
+        low = cv2.resize(relief, shadows[0].size, interpolation=cv2.INTER_AREA)
+        return cast(shadows, np.asarray(low, np.float32), relief.shape)
 
     @property
     def fed(self) -> NDArray[np.bool_]:

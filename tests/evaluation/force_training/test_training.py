@@ -81,7 +81,7 @@ def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra train")
     from tactile_core.builtin.networks.manifest import load_network
     from tactile_core.evaluation.force_training.export import onnx_bytes
-    from tactile_core.evaluation.force_training.networks import LoadMap
+    from tactile_core.evaluation.force_training.training import LoadMap
 
     view = np.array([17.664, 13.248])
     made = LoadMap(6, (160, 120), view, np.ones(4, np.float32)).eval()

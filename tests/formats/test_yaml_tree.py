@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactile_core.errors import Place, ProfileError
-from tactile_core.profiles.yaml_tree import MOST_BYTES, Node, read_yaml, scalar
+from tactile_core.formats.yaml_tree import MOST_BYTES, Node, read_yaml, scalar
 
 law = settings(deadline=None)
 
@@ -120,16 +120,16 @@ def test_a_repeated_key_is_reported_with_the_first(file: Path) -> None:
         ("a: [1\nb: 2\n", "p.yaml:2:2: not YAML: expected ',' or ']', but got ':' while"),
         ("a: b: c\n", "p.yaml:1:5: not YAML: mapping values are not allowed here"),
         ("a: 1\nb: \x01\n", "p.yaml:2:4: not YAML: control character"),
-        ("- a\n- b\n", "p.yaml:1:1: a profile is a mapping of keys to values"),
-        ("just words\n", "p.yaml:1:1: a profile is a mapping of keys to values"),
-        ("a: 1\n---\nb: 2\n", "p.yaml:2:1: a profile is one document; remove '---'"),
+        ("- a\n- b\n", "p.yaml:1:1: the file must be a mapping of keys to values"),
+        ("just words\n", "p.yaml:1:1: the file must be a mapping of keys to values"),
+        ("a: 1\n---\nb: 2\n", "p.yaml:2:1: the file must be one document; remove '---'"),
         ("? [a]\n: 1\n", "p.yaml:1:3: a key must be a plain word"),
-        ("a: !!python/object:os.system x\n", "p.yaml:1:4: a: tags (!…) are not used in profiles"),
-        ("%YAML 1.1\n---\na: yes\n", "p.yaml:2:1: profiles are YAML 1.2; remove '%YAML'"),
-        ("a: {}\n<<: {b: 1}\n", "p.yaml:2:1: <<: merge keys are not used in profiles; use 'ext"),
-        ("a: &x 1\n", "p.yaml:1:4: a: anchors and aliases are not used in profiles; write the"),
+        ("a: !!python/object:os.system x\n", "p.yaml:1:1: a: tags (!…) are not used here"),
+        ("%YAML 1.1\n---\na: yes\n", "p.yaml:2:1: the file must be YAML 1.2; remove '%YAML'"),
+        ("a: {}\n<<: {b: 1}\n", "p.yaml:2:1: <<: merge keys are not used here; write"),
+        ("a: &x 1\n", "p.yaml:1:1: a: anchors and aliases are not used here; write the"),
         (b"a: \xff\xfe\n", "p.yaml: not text in UTF-8; is this the right file?"),
-        ("a: " + "[" * 80 + "]" * 80, "p.yaml:1:54: a.0: nested too deeply for a profile"),
+        ("a: " + "[" * 80 + "]" * 80, "p.yaml:1:54: a.0: nested too deeply"),
         ("#" * (MOST_BYTES + 1), "p.yaml: too large for a profile; is this the right file?"),
     ],
 )
@@ -147,8 +147,8 @@ def test_an_alias_bomb_is_rejected_in_one_sentence(file: Path) -> None:
         for i in range(12)
     )
     assert refusals(file, levels) == [
-        "p.yaml:1:5: l0: anchors and aliases are not used in profiles; write the value, or "
-        "'extends'"
+        "p.yaml:1:1: l0: anchors and aliases are not used here; write the value (a profile "
+        "can use 'extends')"
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import stat
 from collections.abc import Iterator, Mapping
@@ -9,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tactile_core.errors import Place, Problem, ProfileError
+from tactile_core.errors import InputError, Place, Problem, ProfileError
+from tactile_core.formats.files import read_text
 from tactile_core.formats.text import printable
 
 _LONGEST_KEY = 60
@@ -93,8 +95,10 @@ class Node:
         return self.value
 
 
-# Largest accepted file; a long profile has a few thousand bytes, and this many parse in 1 s.
+# Largest accepted profile; a long one has a few thousand bytes, and this many parse in 1 s.
 MOST_BYTES = 200_000
+# Largest other file; a scan with a thousand drawn circles has a tenth of this size.
+MAX_BYTES = 1_000_000
 DEEPEST = 50  # Deepest accepted nesting
 
 # Most digits of a number; longer text stays text. Python limits conversions of long integers.
@@ -114,13 +118,14 @@ _WORDS = {
 
 
 def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
-    """Read one file whose top is a mapping.
+    """Read a profile: a file whose top is a mapping.
 
     Returns
     -------
     tree : Node
     problems : list of Problem
-        Mistakes that do not prevent reading: repeated keys, merge keys, anchors, tags.
+        Mistakes that do not prevent reading: repeated keys, merge keys, anchors, tags,
+        numbers that are not finite.
 
     Raises
     ------
@@ -128,13 +133,48 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
         The file cannot be read: it is missing, too large, not UTF-8, not YAML, not a single
         mapping, or uses aliases.
     """
-    text = _text(path)
+    return _parse(_text(path), path)
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """Return the mapping in a YAML file that is no profile.
+
+    Raises
+    ------
+    InputError
+        The file is missing, too large, not text, not YAML (with line and column), nested too
+        deeply or not a mapping, or uses repeated keys, aliases, tags or numbers
+        that are not finite.
+    """
+    path = Path(path)
+    return mapping_of(read_text(path, MAX_BYTES), path)
+
+
+def mapping_of(text: str, path: Path) -> dict[str, Any]:
+    """Return the mapping in a YAML text; ``path`` says in messages where it comes from.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_mapping`.
+    """
+    try:
+        tree, problems = _parse(text, path)
+    except ProfileError as error:
+        problems = [*error.problems]
+    if problems:
+        raise InputError(f"this YAML cannot be read: {problems[0]}")
+    found: dict[str, Any] = tree.plain()
+    return found
+
+
+def _parse(text: str, path: Path) -> tuple[Node, list[Problem]]:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError
     from ruamel.yaml.reader import ReaderError
 
-    builder = _Builder(path, iter(YAML(typ="safe", pure=True).parse(text)))
     try:
+        builder = _Builder(path, iter(YAML(typ="safe", pure=True).parse(text)))
         tree = builder.document()
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -149,7 +189,7 @@ def read_yaml(path: Path) -> tuple[Node, list[Problem]]:
     else:
         if tree.is_mapping:
             return tree, builder.problems
-        problem = problem_at(tree.place, (), "a profile is a mapping of keys to values")
+        problem = problem_at(tree.place, (), "the file must be a mapping of keys to values")
     raise refusal([*builder.problems, problem])
 
 
@@ -201,7 +241,7 @@ class _StopReadingError(Exception):
 
 
 class _Builder:
-    """Builds the tree from parser events and reports YAML features that profiles do not allow."""
+    """Builds the tree from parser events and reports the YAML features that are not used here."""
 
     def __init__(self, path: Path, events: Iterator[Any]) -> None:
         self._path, self._events = path, events
@@ -212,37 +252,43 @@ class _Builder:
         event = self._next()
         while (kind := type(event).__name__) in ("StreamStartEvent", "DocumentStartEvent"):
             if getattr(event, "version", None) not in (None, (1, 2)):
-                self._note(self._place(event), (), "profiles are YAML 1.2; remove '%YAML'")
+                self._note(self._place(event), (), "the file must be YAML 1.2; remove '%YAML'")
             event = self._next()
         if kind == "StreamEndEvent":
             return Node({}, Place(self._path, 1, 1))
-        node = self._node(event, ())
+        node = self._node(event, (), self._place(event))
         self._next()  # the document's end
         after = self._next()
         if type(after).__name__ != "StreamEndEvent":
-            raise self._stop(after, (), "a profile is one document; remove '---'")
+            raise self._stop(after, (), "the file must be one document; remove '---'")
         return node
 
-    def _node(self, event: Any, keys: Keys) -> Node:
-        place, kind = self._place(event), type(event).__name__
+    def _node(self, event: Any, keys: Keys, place: Place) -> Node:
+        kind = type(event).__name__
         if getattr(event, "anchor", None) is not None and self._anchor is None:
-            message = "anchors and aliases are not used in profiles; write the value, or 'extends'"
+            message = (
+                "anchors and aliases are not used here; write the value (a profile can use "
+                "'extends')"
+            )
             self._anchor = problem_at(place, keys, message)
             self.problems.append(self._anchor)
         if kind == "AliasEvent" and self._anchor is not None:
             raise _StopReadingError(self._anchor)
         if getattr(event, "tag", None) is not None:
-            self._note(place, keys, "tags (!…) are not used in profiles")
+            self._note(place, keys, "tags (!…) are not used here")
         if len(keys) > DEEPEST:
-            raise self._stop(event, keys[:2], "nested too deeply for a profile")
+            raise self._stop(event, keys[:2], "nested too deeply")
         if kind == "SequenceStartEvent":
             items: list[Node] = []
             while type(item := self._next()).__name__ != "SequenceEndEvent":
-                items.append(self._node(item, (*keys, len(items))))
+                items.append(self._node(item, (*keys, len(items)), self._place(item)))
             return Node(tuple(items), place)
         if kind == "MappingStartEvent":
             return Node(self._mapping(keys), place)
-        return Node(scalar(event.value) if event.implicit[0] else event.value, place)
+        value = scalar(event.value) if event.implicit[0] else event.value
+        if isinstance(value, float) and not math.isfinite(value):
+            self._note(place, keys, f"should be a finite number, not {value}")
+        return Node(value, place)
 
     def _mapping(self, keys: Keys) -> dict[str, Node]:
         mapping: dict[str, Node] = {}
@@ -251,10 +297,9 @@ class _Builder:
                 raise self._stop(event, keys, "a key must be a plain word")
             key, place = str(event.value), self._place(event)
             here = (*keys, key)
-            value = Node(self._node(self._next(), here).value, place)
+            value = self._node(self._next(), here, place)
             if key == "<<":
-                message = "merge keys are not used in profiles; use 'extends'"
-                self._note(place, here, message)
+                self._note(place, here, "merge keys are not used here; write the keys")
             elif key in mapping:
                 first = mapping[key].place.line
                 self._note(place, here, f"repeated key; the first is on line {first}")

@@ -59,6 +59,8 @@ class Tally:
         Markers that the tracker reports as detected.
     swapped, specks : int
         Markers matched to the detection of another marker, or to a spurious detection.
+    said : int
+        Those of the swapped ones in frames that the tracker says to have been outrun in.
     squares_px, squares_of_right_px : float
         Squared distance from the truth, summed over all detected markers and over those that are
         matched correctly.
@@ -68,6 +70,7 @@ class Tally:
     offered: int = 0
     seen: int = 0
     swapped: int = 0
+    said: int = 0
     specks: int = 0
     squares_px: float = 0.0
     squares_of_right_px: float = 0.0
@@ -87,8 +90,8 @@ class Tally:
     def __str__(self) -> str:
         return (
             f"{self.frames} frames, {self.seen} markers matched, recall {self.recall:.1%}: "
-            f"{self.swapped} swapped, {self.specks} spurious, {self.rms_px:.3f} px RMS, "
-            f"{self.rms_of_right_px:.3f} without these"
+            f"{self.swapped} swapped, {self.said} of them said, {self.specks} spurious, "
+            f"{self.rms_px:.3f} px RMS, {self.rms_of_right_px:.3f} without these"
         )
 
 
@@ -115,7 +118,9 @@ def follow(positions_px: Array, shear: Shear, rng: np.random.Generator, tally: T
         tally.frames += 1
         tally.offered += int(np.isin(markers, whose).sum())
         tally.seen += int(seen.sum())
-        tally.swapped += int((~right & (taken >= 0)).sum())
+        swapped = int((~right & (taken >= 0)).sum())
+        tally.swapped += swapped
+        tally.said += swapped if tracker.outrun_pitches else 0
         tally.specks += int((taken < 0).sum())
         tally.squares_px += float(squares.sum())
         tally.squares_of_right_px += float(squares[right].sum())

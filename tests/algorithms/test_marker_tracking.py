@@ -224,7 +224,8 @@ def now_and_in_soak(shear: Shear, name: str) -> list[Any]:
 def test_virtual_strokes_swap_hardly_any_marker(shear: Shear, frames: int) -> None:
     tally = counted(shear, frames)
     print(tally)
-    assert tally.swapped <= 5e-5 * tally.seen
+    assert tally.swapped - tally.said <= 5e-5 * tally.seen
+    assert tally.swapped <= 5e-4 * tally.seen
     assert tally.specks <= 1.2e-3 * tally.seen
     assert tally.rms_of_right_px < 0.15
     # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels

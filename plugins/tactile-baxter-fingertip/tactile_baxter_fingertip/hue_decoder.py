@@ -32,11 +32,11 @@ Float32 = NDArray[np.float32]
 OPPONENT = np.array([[2, -1, -1], [0, 3**0.5, -(3**0.5)], [2**0.5] * 3]) / 6**0.5
 
 _PLACE_ORDER = 2  # [order] Of all polynomials of the position: light of a few LEDs is smooth
-# [order] Of the polynomials of normal and colour. With 4, other grids of balls have 1.30° instead
-# of 1.27°
+# [order] Of the polynomials of normal and colour. With 4, heights of virtual contacts are off by
+# 24 µm instead of 17
 _ORDER = 5
-# [weight] Ridge penalty of each fit. With a tenth, a groove that leaves two colours undetermined
-# is 45 instead of 31 % too shallow
+# [weight] Ridge penalty of what depends on the position. With a tenth, a groove that leaves two
+# colours undetermined is 55 instead of 26 % too shallow
 _RIDGE = 1e-2
 
 
@@ -124,18 +124,14 @@ def fit_decoder(
     onto = np.linalg.lstsq(chroma, normal_xy.astype(np.float64), rcond=None)[0]
     normalisation[:, :, :2] = normalisation[:, :, :2] @ onto
     colour = hue_and_intensity(features, normalisation)
+    # ten times the penalty, as in core.polynomial, flattens: other grids of balls have 1.29°
     polynomial = fit_polynomial(colour, normal_xy, order=_ORDER, ridge=1e-3, curvature_only=True)
-    terms = normalisation.shape[0]
+    terms = len(normalisation)
     if not by_place:
         nothing = np.zeros((terms, 3, 2), np.float32)
         return HueDecoder(normalisation, polynomial, nothing), np.zeros((2, terms), np.float32)
-    pressed = normal_xy.any(axis=1)
-    scale = np.append(1, colour.std(axis=0) + 1e-6)  # keeps a division regular
-    products = _products(np.column_stack([pressed, colour]) / scale, features[:, 3:])
-    normal = products.T @ products + _RIDGE * len(products) * np.eye(products.shape[1])
-    missing = normal_xy - polynomial(colour)
-    found = np.linalg.solve(normal, products.T @ missing).reshape(terms, 4, 2) / scale[:, None]
-    places = np.asarray(found, np.float32)
+    pressed_colour = np.column_stack([normal_xy.any(axis=1), colour])
+    places = _fit_places(pressed_colour, features[:, 3:], normal_xy - polynomial(colour))
     return HueDecoder(normalisation, polynomial, places[:, 1:]), places[:, 0].T
 
 
@@ -150,6 +146,16 @@ def _fit_normalisation(features: Float32, normal_xy: Float32) -> Float32:
     correction = np.linalg.solve(normal, products.T @ (average - change)).reshape(-1, 3, 3)
     correction[0] += np.eye(3)
     return np.asarray(correction @ OPPONENT.T, np.float32)
+
+
+def _fit_places(values: NDArray[Any], position: Float32, missing: Float32) -> Float32:
+    """Fit (6, J, 2) matrices, by the position, from (N, J) values to what is missing, (N, 2)."""
+    scale = values.std(axis=0) + 1e-6  # keeps a division regular
+    scale[0] = 1  # whether a pixel is pressed
+    products = _products(values / scale, position)
+    normal = products.T @ products + _RIDGE * len(products) * np.eye(products.shape[1])
+    found = np.linalg.solve(normal, products.T @ missing).reshape(-1, len(scale), 2)
+    return np.asarray(found / scale[:, None], np.float32)
 
 
 def _products(values: NDArray[Any], position: Float32) -> NDArray[np.float64]:

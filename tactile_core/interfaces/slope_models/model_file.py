@@ -22,11 +22,9 @@ Arrays = Mapping[str, NDArray[Any]]
 T = TypeVar("T")
 
 
-def write_model(
-    folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
-) -> None:
+def write_model(folder: Path, shape: ImageShape, arrays: Arrays) -> None:
     """Write the arrays of a model that was fitted to images of this shape."""
-    save: Any = np.savez_compressed if compressed else np.savez
+    save: Any = np.savez  # its type takes no arrays by name
     save(folder / FILE, shape=np.array(shape), **arrays)
 
 

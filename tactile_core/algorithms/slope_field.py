@@ -13,6 +13,7 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place, relative_change
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
 from tactile_core.algorithms.slope_grid import Model, SlopeGrid
@@ -37,6 +38,8 @@ class SlopeField:
         The intensity at which a channel saturates.
     blur_px : float
         Standard deviation of the smoothing.
+    press_light : PressLight, optional
+        Tilt that a press seems to give to level gel.
     """
 
     def __init__(
@@ -48,8 +51,9 @@ class SlopeField:
         *,
         full_scale: float = LEVELS.full_scale_8_bit,
         blur_px: float = 2.0,
+        press_light: PressLight | None = None,
     ) -> None:
-        self._model, self._table = model, table
+        self._model, self._table, self._press_light = model, table, press_light
         self._reference = reference, reference_markers
         self._full_scale = full_scale
         self._sampling = Sampling.for_shape(reference.shape[:2], reference_markers, blur_px)
@@ -84,7 +88,14 @@ class SlopeField:
         return self._grid(sampling.wider())
 
     def _grid(self, sampling: Sampling) -> SlopeGrid:
-        return SlopeGrid(self._model, self._table, *self._reference, sampling, self._full_scale)
+        return SlopeGrid(
+            self._model,
+            self._table,
+            *self._reference,
+            sampling,
+            self._full_scale,
+            self._press_light,
+        )
 
 
 class Sampler:

@@ -15,6 +15,7 @@ from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.normals import planes_to_gradient
 from tactile_core.algorithms.photometric import place
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_cells import SlopeCells
 
@@ -24,6 +25,10 @@ Model = Callable[[Float32], Float32]
 # [count] About so many points of an image at which the dependence on the position is added to a
 # table. Chosen on recorded three-colour balls (ADR 6).
 _POINTS = 1_200
+
+_BLOCK = (
+    8_192  # [count] About so many cells are computed together: what a model makes stays in cache
+)
 
 
 class SlopeGrid:
@@ -46,6 +51,8 @@ class SlopeGrid:
         Smooths an image to the grid.
     full_scale : float
         The intensity at which a channel saturates.
+    press_light : PressLight, optional
+        Tilt that a press seems to give to level gel.
     """
 
     def __init__(
@@ -56,6 +63,7 @@ class SlopeGrid:
         reference_markers: Bool | None,
         sampling: Sampling,
         full_scale: float = LEVELS.full_scale_8_bit,
+        press_light: PressLight | None = None,
     ) -> None:
         self._model, self._table, self._sampling = model, table, sampling
         points = sampling.shape[0] * sampling.shape[1] if table is None else _POINTS
@@ -66,6 +74,9 @@ class SlopeGrid:
         self._place = self._average_cells(place(sampling.shape)).reshape(-1, 2)
         if table is not None:
             self._entries_per_level = np.float32(table.axis.per_unit) / np.maximum(base, floor)
+        self._press_light = press_light
+        if press_light is not None:
+            self._tilt = press_light.tilt_over(sampling.shape)
 
     def measure(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> SlopeCells:
         """Measure the slopes of a frame.
@@ -81,6 +92,8 @@ class SlopeGrid:
         normal_xy = self._from_model(self._average_cells(smoothed))
         if self._table is not None:
             normal_xy = self._between_points(normal_xy, self._look_up(self._table, smoothed))
+        if self._press_light is not None:
+            normal_xy += self._press_light.strength(normal_xy) * self._tilt
         gx, gy = normal_xy
         planes_to_gradient(gx, gy)
         return SlopeCells(gx, gy, sampling.step, averaged=sampling.averaged)
@@ -94,7 +107,9 @@ class SlopeGrid:
     def _from_model(self, colours: Float32) -> Float32:
         """Evaluate the model on the coarse grid, (2, h, w)."""
         change = colours.reshape(self._base.shape) / self._base - np.float32(1)
-        found = self._model(np.concatenate([change, self._place], axis=1))
+        features = np.concatenate([change, self._place], axis=1)
+        blocks = np.array_split(features, 1 + len(features) // _BLOCK)
+        found = np.concatenate([self._model(block) for block in blocks])
         return np.ascontiguousarray(found.T).reshape(2, *colours.shape[:2])
 
     def _look_up(self, table: ColourTable, smoothed: NDArray[Any]) -> Float32:

@@ -8,19 +8,16 @@ import numpy as np
 import pytest
 from support.four_lights import Ball, frame_of, presses, undeformed
 from support.gains import MOST, gains
-from support.normals import to_gradient
 
-from tactile_baxter_fingertip.hue_correction import HueCorrection, correct_normals, fit_correction
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, fit_decoder
-from tactile_baxter_fingertip.hue_field import HueField, ReferenceLight
 from tactile_baxter_fingertip.hue_intensity import (
     HueIntensity,
     HueIntensityCalibrator,
     HueIntensityOptions,
 )
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.slope_models.model_file import arrays_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Reference
 
@@ -75,11 +72,6 @@ def test_normals_are_right_for_either_order_of_the_hues(mirrored: bool) -> None:
     assert errors_deg(fitted(mirrored=mirrored), mirrored=mirrored).mean() < 2
 
 
-def test_intensity_and_saturation_together_are_as_accurate_as_either(model: HueIntensity) -> None:
-    alone = [errors_deg(fitted(pitch_from=which)).mean() for which in ("intensity", "saturation")]
-    assert errors_deg(model).mean() <= min(alone) + 0.1
-
-
 def test_undeformed_gel_is_level(model: HueIntensity) -> None:
     level = model.measure(frame_of(None), undeformed())
     assert np.hypot(level.x, level.y).max() < 0.02
@@ -87,26 +79,6 @@ def test_undeformed_gel_is_level(model: HueIntensity) -> None:
 
 def test_a_brighter_illumination_does_not_change_the_hue(model: HueIntensity) -> None:
     assert errors_deg(model, gain=1.03).mean() < errors_deg(model).mean() + 1
-
-
-def tilted(correction: HueCorrection) -> HueCorrection:
-    """Give a correction some dependence on the position, at full strength in any frame."""
-    by_place = np.random.default_rng(0).normal(0, 0.02, correction.by_place.shape)
-    return replace(correction, by_place=by_place.astype(np.float32), steep_share=1e-3)
-
-
-def test_images_and_single_pixels_are_measured_equally(model: HueIntensity) -> None:
-    frame, reference = frame_of(UNSEEN), undeformed()
-    light = ReferenceLight(reference.pixels, None, full_scale=255.0, blur_px=0.5, light_blur_px=1.0)
-    decoder, correction = model.decoder, tilted(model.correction)
-    rows, columns = (grid.ravel().astype(np.int32) for grid in np.indices(frame.pixels.shape[:2]))
-    features = light.features(frame.pixels, None, rows, columns)
-    one_by_one = to_gradient(correct_normals(decoder, correction, features))
-    field = HueField(decoder, correction, light)
-    gx, gy, *_ = field.measure(frame.pixels, None)
-    distance = np.hypot(gx.ravel() - one_by_one[:, 0], gy.ravel() - one_by_one[:, 1])
-    # A colour on the border between two entries may be rounded to either.
-    assert np.mean(distance > 1e-4) < 0.01
 
 
 def test_a_loaded_model_equals_the_saved_one(model: HueIntensity, tmp_path: Path) -> None:
@@ -128,9 +100,9 @@ def test_a_damaged_file_is_refused(
         HueIntensity.load(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["yaw", "evening", "by_intensity"])
-def test_a_misshapen_table_is_refused(model: HueIntensity, name: str) -> None:
-    arrays = arrays_of(model.decoder)
+@pytest.mark.parametrize("name", ["normalisation", "by_place"])
+def test_misshapen_arrays_are_refused(model: HueIntensity, name: str) -> None:
+    arrays = model.slopes.function.arrays()
     with pytest.raises(ValueError, match=name):
         HueDecoder.from_arrays({**arrays, name: arrays[name][:2]})
 
@@ -160,7 +132,7 @@ def test_presses_without_a_contact_are_refused() -> None:
 def test_saturated_and_dark_pixels_are_not_valid(model: HueIntensity) -> None:
     frame = frame_of(UNSEEN)
     pixels = copy.copy(frame.pixels)
-    pixels[5, 7, 1] = 255
+    pixels[5, 7, 1:] = 255
     pixels[5, 8] = 0
     valid = model.measure(replace(frame, pixels=pixels), undeformed()).valid
     assert not valid[5, 7]
@@ -184,26 +156,10 @@ def test_a_tilt_that_presses_have_in_common_is_none_of_the_undeformed_gel() -> N
     apparent = normal_xy + ~level[:, None] * (0.02 + 0.04 * position)
     colour = np.column_stack([apparent @ [[1, -0.5], [0, 0.9]], apparent @ [-0.5, -0.9]])
     features = np.column_stack([colour, position]).astype(np.float32)
-    decoder = fit_decoder(features, normal_xy)
     errors = []
     for by_place in (False, True):
-        found = fit_correction(decoder, features, normal_xy, by_place=by_place)
-        pressed = correct_normals(decoder, found, features[~level])
-        errors.append(np.abs(pressed - normal_xy[~level]).mean())
-        undeformed = correct_normals(decoder, found, np.zeros((1, 5), np.float32), strength=0.0)
-        assert np.abs(undeformed).max() < 0.02
+        decoder, tilt = fit_decoder(features, normal_xy, by_place=by_place)
+        found = decoder(features[~level]) + PressLight(tilt, 1.0).tilt_at(position[~level]).T
+        errors.append(np.abs(found - normal_xy[~level]).mean())
+        assert np.abs(decoder(np.zeros((1, 5), np.float32))).max() < 0.02
     assert errors[1] < 0.5 * errors[0]
-
-
-def test_a_frame_with_fewer_slopes_than_the_calibration_is_tilted_less(model: HueIntensity) -> None:
-    correction = replace(model.correction, steep_share=0.2)
-    assert correction.strength(0.0) == 0
-    assert correction.strength(0.1) == pytest.approx(0.5)
-    assert correction.strength(0.4) == 1
-    assert model.correction.strength(0.0) == 0
-
-
-def test_a_misshapen_correction_is_refused(model: HueIntensity) -> None:
-    arrays = model.correction.arrays()
-    with pytest.raises(ValueError, match="by_place"):
-        HueCorrection.from_arrays({**arrays, "by_place": arrays["by_place"][:2]})

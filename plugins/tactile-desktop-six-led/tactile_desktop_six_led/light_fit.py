@@ -40,7 +40,7 @@ _PER_MEDIAN = 1.4826  # Standard deviation over the median of the absolute value
 
 
 def fit_light_field(
-    features: Float32, normal_xy: Float32, *, seed: int = 0
+    features: Float32, normal_xy: Float32, *, tilted: bool = True, seed: int = 0
 ) -> tuple[LightField, Float32]:
     """Fit responses and light field to pixels with ground-truth slopes.
 
@@ -55,6 +55,8 @@ def fit_light_field(
         Relative change of each light, and position.
     normal_xy : (N, 2) float32
         Components of the normal along x and y, uphill.
+    tilted : bool
+        Whether to fit the tilt, which takes a grid of balls; otherwise it is 0.
     seed : int
         Seed of the random sample.
 
@@ -63,7 +65,7 @@ def fit_light_field(
     LightField
     tilt : (2, 6) float32
         Apparent tilt of the gel under a press; see
-        :class:`~tactile_desktop_six_led.press_light.PressLight`. Samples without a slope are not
+        :class:`~tactile_core.algorithms.press_light.PressLight`. Samples without a slope are not
         under a press.
 
     References
@@ -88,7 +90,7 @@ def fit_light_field(
     penalty = np.full(len(start), _RIDGE)
     penalty[:lights] = _EXPONENT_RIDGE
 
-    pressed = np.asarray(target.any(axis=1), np.float64)
+    pressed = np.asarray(tilted & target.any(axis=1), np.float64)
     found = start
     for rounds in (_FIRST_ROUNDS, _ROUNDS):
         fit = _Objective(logs, terms, target, pressed, start, penalty)
@@ -128,7 +130,7 @@ class _Objective:
     def noise_limit(self, parameters: Float) -> float:
         """Return the distance where the noise ends, from the errors under a press."""
         missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
-        sigma = _PER_MEDIAN * np.median(np.abs(missed[self.pressed > 0]))
+        sigma = _PER_MEDIAN * np.median(np.abs(missed[self.target.any(axis=1)]))
         return max(_LEAST_HUBER, _HUBER_SIGMAS * float(sigma))
 
     def error(self, parameters: Float) -> Float:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
-from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.calibrator import Calibrator, Press
@@ -30,9 +29,12 @@ from tactile_core.interfaces.slope_models.samples import (
     ImageShape,
     SlopeOptions,
     check_fitting,
+    is_grid,
+    press_light_of,
     samples_of,
     scale_of,
     shape_of,
+    without_grain,
 )
 from tactile_core.interfaces.slope_models.slope_model import slopes_of
 from tactile_core.quantities import Bool, Frame, Gradients, Reference
@@ -40,7 +42,6 @@ from tactile_desktop_six_led.given_lights import GivenLights, light_directions
 from tactile_desktop_six_led.light_field import LightField
 from tactile_desktop_six_led.light_fit import fit_light_field
 from tactile_desktop_six_led.lit_lights import LitLights, fit_lit_lights
-from tactile_desktop_six_led.press_light import PressLight
 from tactile_desktop_six_led.redundancy import Redundancy, fit_redundancy
 from tactile_desktop_six_led.stereo_field import StereoField
 
@@ -154,7 +155,8 @@ class PhotometricStereo(Calibration):
             The file is missing, damaged or of another model.
         """
         with stored_model(directory) as (shape, arrays):
-            blur_px, light_blur_px = blur_from(arrays, shape), float(arrays["light_blur_px"])
+            blur_px = blur_from(arrays, shape)
+            light_blur_px = blur_from(arrays, shape, "light_blur_px")
             model = StereoModel(
                 part_from(LightField, arrays),
                 part_from(Redundancy, arrays),
@@ -163,8 +165,6 @@ class PhotometricStereo(Calibration):
             )
             if not np.isfinite(model.field(np.zeros((1, shape[2] + 2), np.float32))).all():
                 raise ValueError("the model does not return finite numbers")
-            if not 0 <= light_blur_px < np.inf:
-                raise ValueError("light_blur_px is no standard deviation")
         return cls(model, shape, blur_px, light_blur_px)
 
 
@@ -198,16 +198,15 @@ class PhotometricCalibrator(Calibrator):
         blur_px, light_blur_px = self.smoothing_px(scale), self.options.light_blur_mm / scale
         light = without_grain(reference, light_blur_px)
         features, normal_xy = samples_of(presses, light, blur_px=blur_px)
-        field, tilt = fit_light_field(features, normal_xy)
+        field, tilt = fit_light_field(features, normal_xy, tilted=is_grid(presses))
         response, position = field.response(features[:, :-2]).T, features[:, -2:]
         b = field.directions(response, position)
-        b[:2] += PressLight(tilt, 0.0).tilt_at(position) * normal_xy.any(axis=1)
+        press_light = press_light_of(tilt, presses)
+        b[:2] += press_light.tilt_at(position) * normal_xy.any(axis=1)
         fitted = (b[:2] / np.linalg.norm(b, axis=0)).T
         lit_lights = fit_lit_lights(response, position, normal_xy, fitted)
         redundancy = fit_redundancy(response)
-        model = StereoModel(field, redundancy, PressLight(tilt, 0.0), lit_lights)
-        prepared = PhotometricStereo(model, shape, blur_px, light_blur_px).field(reference)
-        model = replace(model, press_light=PressLight(tilt, _steep_share(prepared, presses)))
+        model = StereoModel(field, redundancy, press_light, lit_lights)
         return PhotometricStereo(model, shape, blur_px, light_blur_px)
 
     def from_lights(self, lights: Sequence[Light]) -> Calibration | None:
@@ -220,32 +219,3 @@ class PhotometricCalibrator(Calibrator):
     def smoothing_px(self, mm_per_px: float) -> float:
         """Return the smoothing of the options in px."""
         return self.options.smoothing_px(mm_per_px)
-
-
-def without_grain(reference: Reference, blur_px: float) -> Reference:
-    """Return the illumination of a reference, without the grain of its coating.
-
-    The grain moves with the gel surface, so that the grain of the reference differs from that under
-    a press and would add to it.
-    """
-    if not blur_px:
-        return reference
-    filled = Sampling.at_every_pixel(reference.pixels.shape, reference.marker_mask, 0.0)
-    pixels = filled.smooth_image(reference.pixels, reference.marker_mask)
-    # Reflection with the sign reversed continues a slope beyond the border, and smoothing twice
-    # keeps a curvature.
-    margin = min(round(3 * blur_px), *(side - 1 for side in pixels.shape[:2]))
-    planes = []
-    for plane in pixels.transpose(2, 0, 1):
-        wide = np.pad(plane, margin, mode="reflect", reflect_type="odd")
-        once = cv2.GaussianBlur(wide, (0, 0), blur_px)
-        twice = 2 * once - cv2.GaussianBlur(once, (0, 0), blur_px)
-        planes.append(twice[margin : -margin or None, margin : -margin or None])
-    return replace(reference, pixels=np.stack(planes, axis=2))
-
-
-def _steep_share(field: StereoField, presses: Sequence[Press]) -> float:
-    """Return the mean share of sloped pixels of about five calibration frames."""
-    pressed = {id(press.frame): press.frame for press in presses if press.gradients.any()}
-    some = list(pressed.values())[:: max(1, len(pressed) // 5)]
-    return float(np.mean([field.steep_share(frame.pixels, frame.marker_mask) for frame in some]))

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.quantities import Reference
 from tactile_desktop_six_led.light_field import LEAST_RATIO, LightField
 from tactile_desktop_six_led.lit_lights import LitLights
-from tactile_desktop_six_led.press_light import PressLight, steep_share
 from tactile_desktop_six_led.redundancy import Redundancy
 
 Float32 = NDArray[np.float32]
@@ -64,7 +64,7 @@ class StereoField:
         floor = np.float32(LEVELS.least_divisor_share * full_scale)
         self._undeformed = np.maximum(base, floor) ** -field.exponents[:, None, None]
         self._rows = field.rows(self._place).reshape(3, lights, height, width)
-        self._tilt = press_light.tilt_at(self._place).reshape(2, height, width)
+        self._tilt = press_light.tilt_over((height, width))
         self._least_level = np.float32(LEAST_RATIO * full_scale)
 
     def measure(
@@ -84,17 +84,13 @@ class StereoField:
             1 for cells where the lights contradict each other, else 0.
         """
         response, b = self._directions(pixels, marker_mask)
-        strength = self._press_light.strength(steep_share(b))
+        strength = self._press_light.strength(b[:2])
         b[:2] += strength * self._tilt
         bright, inconsistent = self._replace_outliers(response, b, strength)
         self._replace_shaded(response, b, bright)
         np.maximum(b[2], _LEAST_FACING, out=b[2])
         gx, gy = (np.asarray(cv2.divide(component, b[2]), np.float32) for component in b[:2])
         return SlopeCells(gx, gy, self._sampling.step, as_normals=False), inconsistent
-
-    def steep_share(self, pixels: NDArray[Any], marker_mask: Bool | None = None) -> float:
-        """Return the share of sloped pixels of a frame (H, W, K)."""
-        return steep_share(self._directions(pixels, marker_mask)[1])
 
     def _directions(
         self, pixels: NDArray[Any], marker_mask: Bool | None

@@ -22,11 +22,9 @@ Arrays = Mapping[str, NDArray[Any]]
 T = TypeVar("T")
 
 
-def write_model(
-    folder: Path, shape: ImageShape, arrays: Arrays, *, compressed: bool = False
-) -> None:
+def write_model(folder: Path, shape: ImageShape, arrays: Arrays) -> None:
     """Write the arrays of a model that was fitted to images of this shape."""
-    save: Any = np.savez_compressed if compressed else np.savez
+    save: Any = np.savez  # its type takes no arrays by name
     save(folder / FILE, shape=np.array(shape), **arrays)
 
 
@@ -51,17 +49,17 @@ def stored_model(folder: Path) -> Iterator[tuple[ImageShape, Arrays]]:
         raise CalibrationError(f"{path} does not hold such a model; calibrate again") from error
 
 
-def blur_from(arrays: Arrays, shape: ImageShape) -> float:
-    """Read the standard deviation in px of a model's smoothing from the array ``blur_px``.
+def blur_from(arrays: Arrays, shape: ImageShape, name: str = "blur_px") -> float:
+    """Read the standard deviation in px of a model's smoothing from the array of this name.
 
     Raises
     ------
     LookupError, TypeError, ValueError
         The array is missing, or its value implausible for images of this shape.
     """
-    blur_px = float(arrays["blur_px"])
+    blur_px = float(arrays[name])
     if not 0 <= blur_px <= max(shape[:2]):
-        raise ValueError("blur_px is negative or larger than the image")
+        raise ValueError(f"{name} is negative or larger than the image")
     return blur_px
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Self
 
+import cv2
 import numpy as np
 from pydantic import Field, model_validator
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
 from tactile_core.algorithms.normals import to_normal_xy
+from tactile_core.algorithms.press_light import PressLight, steep_share
+from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_field import Sampler, SlopeField
 from tactile_core.algorithms.slope_grid import Model
 from tactile_core.errors import CalibrationError
@@ -50,6 +54,7 @@ def slope_field(
     table: ColourTable | None,
     reference: Reference,
     blur_px: float,
+    press_light: PressLight | None = None,
 ) -> SlopeField:
     """Prepare a fitted function for whole images."""
     return SlopeField(
@@ -59,7 +64,48 @@ def slope_field(
         reference.marker_mask,
         full_scale=reference.full_scale,
         blur_px=blur_px,
+        press_light=press_light,
     )
+
+
+def without_grain(reference: Reference, blur_px: float) -> Reference:
+    """Return the illumination of a reference, without the grain of its coating.
+
+    The grain moves with the gel surface, so that the grain of the reference differs from that under
+    a press and would add to it.
+    """
+    if not blur_px:
+        return reference
+    filled = Sampling.at_every_pixel(reference.pixels.shape, reference.marker_mask, 0.0)
+    pixels = filled.smooth_image(reference.pixels, reference.marker_mask)
+    # Reflection with the sign reversed continues a slope beyond the border, and smoothing twice
+    # keeps a curvature.
+    margin = min(round(3 * blur_px), *(side - 1 for side in pixels.shape[:2]))
+    planes = []
+    for plane in pixels.transpose(2, 0, 1):
+        wide = np.pad(plane, margin, mode="reflect", reflect_type="odd")
+        once = cv2.GaussianBlur(wide, (0, 0), blur_px)
+        twice = 2 * once - cv2.GaussianBlur(once, (0, 0), blur_px)
+        planes.append(twice[margin : -margin or None, margin : -margin or None])
+    return replace(reference, pixels=np.stack(planes, axis=2))
+
+
+def is_grid(presses: Sequence[Press]) -> bool:
+    """Whether the presses leave no level gel between them, as a grid of balls does.
+
+    Only then does the change of the light by a press show. A dozen single balls would be
+    extrapolated, and tilt the level gel around them.
+    """
+    sloped = [press.gradients.any(axis=1).mean() for press in presses if press.gradients.any()]
+    # single presses have 0.8, by their share of undeformed pixels; grids 1 but for tops of balls
+    return min(sloped, default=0.0) > 0.95
+
+
+def press_light_of(tilt: Float32, presses: Sequence[Press]) -> PressLight:
+    """Return a fitted tilt with the mean share of a frame that the presses slope."""
+    frames = {id(press.frame): press.frame.pixels[..., 0].size for press in presses}
+    sloped = [steep_share(to_normal_xy(p.gradients).T) * len(p.gradients) for p in presses]
+    return PressLight(tilt, sum(sloped) / sum(frames.values()))
 
 
 def sampler_of(reference: Reference, blur_px: float) -> Sampler:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
+from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import two_within
 from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.algorithms.slope_field import SlopeField
@@ -21,7 +22,9 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.slope_models.model_file import (
     Arrays,
+    arrays_of,
     blur_from,
+    part_from,
     stored_model,
     table_arrays,
     table_from,
@@ -32,6 +35,7 @@ from tactile_core.interfaces.slope_models.samples import (
     check_fitting,
     slope_field,
     takes_table,
+    without_grain,
 )
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 from tactile_core.quantities.quantity import Grid, on_demand
@@ -71,6 +75,10 @@ class SlopeModel(Generic[F]):
     table : ColourTable or None
         A faster approximation for large images; see
         :mod:`tactile_core.interfaces.slope_models.samples`.
+    light_blur_px : float
+        Standard deviation of the additional smoothing of the reference, against its grain.
+    press_light : PressLight or None
+        Tilt that a press seems to give to level gel.
 
     References
     ----------
@@ -83,6 +91,8 @@ class SlopeModel(Generic[F]):
     shape: ImageShape
     blur_px: float
     table: ColourTable | None = None
+    light_blur_px: float = 0.0
+    press_light: PressLight | None = None
     _field: ForReference[Reference, SlopeField] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -110,13 +120,18 @@ class SlopeModel(Generic[F]):
     def field(self, reference: Reference) -> SlopeField:
         """Prepare the function for one reference."""
         table = self.table if takes_table(self.shape) else None
-        return slope_field(self.function, table, reference, self.blur_px)
+        light = without_grain(reference, self.light_blur_px)
+        return slope_field(self.function, table, light, self.blur_px, self.press_light)
 
     def save(self, directory: Path) -> None:
         """Write ``model.npz``."""
         arrays = {"blur_px": np.array(self.blur_px), **self.function.arrays()}
+        if self.light_blur_px:
+            arrays["light_blur_px"] = np.array(self.light_blur_px)
         if self.table is not None:
             arrays |= table_arrays(self.table)
+        if self.press_light is not None:
+            arrays |= arrays_of(self.press_light)
         write_model(directory, self.shape, arrays)
 
     @classmethod
@@ -130,12 +145,15 @@ class SlopeModel(Generic[F]):
         """
         with stored_model(directory) as (shape, arrays):
             blur_px = blur_from(arrays, shape)
+            grainy = "light_blur_px" not in arrays
+            light_blur_px = 0.0 if grainy else blur_from(arrays, shape, "light_blur_px")
+            press_light = part_from(PressLight, arrays) if "tilt" in arrays else None
             table = table_from(arrays) if "table" in arrays else None
             made = function.from_arrays(arrays)
             probe = made(np.zeros((2, shape[2] + 2), np.float32))
             if probe.shape != (2, 2) or not np.isfinite(probe).all():
                 raise ValueError("the model does not return two finite numbers per pixel")
-        return cls(made, shape, blur_px, table)
+        return cls(made, shape, blur_px, table, light_blur_px, press_light)
 
 
 def slopes_of(

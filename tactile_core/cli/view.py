@@ -15,8 +15,6 @@ from tactile_core.cli.signals import interrupt_ends
 if TYPE_CHECKING:
     from tactile_core.live.desk import Desk
 
-PORT = 8750
-
 
 def view(
     profile: Annotated[
@@ -61,7 +59,7 @@ def view(
     ] = "127.0.0.1",
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page; 0 chooses a free one.")
-    ] = PORT,
+    ] = 8750,
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Only print the address of the page.")
     ] = False,

@@ -50,8 +50,6 @@ _OBJECTS: dict[str, Callable[[float], dict[str, Any]]] = {
     "screw": lambda mm: {"diameter_mm": mm},
 }
 
-_REMEMBERED = 300  # Times from frame to screen that are kept
-
 
 class Desk:
     """Carries out the commands of pages that watch a sensor.
@@ -69,7 +67,7 @@ class Desk:
     def __init__(self, live: LiveSensor, bundles: Iterable[Path] = ()) -> None:
         self.live = live
         self.choice = ""
-        self.shown_ms: deque[float] = deque(maxlen=_REMEMBERED)
+        self.shown_ms: deque[float] = deque(maxlen=300)  # [frames] ten seconds at 30 Hz
         self._bundles = tuple(bundles)
         self.guiding = Guiding(live)
         self._recording: RunningRecording | None = None

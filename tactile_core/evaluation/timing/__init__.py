@@ -21,8 +21,6 @@ from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_uni
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.profiles.model import Profile
 
-SECONDS = 6.0  # Default time for measuring the stages of all units together, s. Chosen by hand.
-
 _MIN_ROUNDS = 10  # Fewest rounds per stage. Chosen by hand; a 90th percentile needs at least ten.
 
 
@@ -31,7 +29,7 @@ def bench(
     *,
     sizes_px: Sequence[tuple[int, int]] = (),
     calibration: str | None = None,
-    seconds: float = SECONDS,
+    seconds: float = 6.0,
     progress: Progress | None = None,
 ) -> Benches:
     """Measure the time of each stage with one thread on one core.

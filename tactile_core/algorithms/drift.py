@@ -44,7 +44,6 @@ class DRIFT:
     # [count] Cells of the grid on which frame and reference are compared.
     rows = 24
     columns = 32
-    fewest_samples = 100  # [count] With fewer readable cells no gain is estimated
     dark_share = 0.02  # [share of the full scale] Cells with a channel at or below it are left out
     # [logarithm of the gain] Larger changes are no drift and are not compensated. Source: by
     # hand, (10 %, ADR 10).
@@ -56,9 +55,6 @@ class DRIFT:
     # be applied at all, and fully. Source: by hand, (ADR 10).
     least_share = 0.2
     full_share = 0.35
-    rounds = 3  # [count] Reweightings of the biweight
-    # [sum of weights] Lower bound of the sum of weights, against division by zero.
-    least_weight = 1e-6
 
 
 class LightChange(NamedTuple):
@@ -123,7 +119,7 @@ class ReferenceLevels:
     def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
         """Estimate the change of the light in a frame; None if too little of it is readable."""
         quotients = self._quotients(pixels, marker_mask)
-        if quotients.shape[1] < DRIFT.fewest_samples:
+        if quotients.shape[1] < 100:  # [cells] too few for a gain
             return None
         return LightChange(*_undeformed_gain(np.log(quotients)))
 
@@ -212,13 +208,13 @@ def _compensate_levels(levels: Array, gains: Array, full_scale: float) -> Array:
 def _undeformed_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
     gain = shorths(logs)
-    for _ in range(DRIFT.rounds):
+    for _ in range(3):  # [reweightings] of the biweight
         residual = logs - gain[:, None]
         residual *= residual
         square = residual.sum(axis=0)
         square *= -1 / (2 * len(logs) * DRIFT.noise_log**2)
         weight = np.maximum(square + 1, 0)
         weight *= weight
-        gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
+        gain = logs @ weight / max(float(weight.sum()), 1e-6)  # no division by zero
     consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
     return gain, np.count_nonzero(consistent) / logs.shape[1]

@@ -17,9 +17,6 @@ class ENTROPY:
     # would grow with the load, and the entropy with it less. Source: by hand, so that virtual
     # grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
     bin_mm = 1 / 256
-    # [px] Larger contacts are subsampled to about this many pixels. Source: by hand, a test
-    # checks that the entropy changes by less than 0.02 bits.
-    enough_pixels = 30_000
 
 
 def displacement_entropy(
@@ -66,7 +63,8 @@ def displacement_entropy(
     counted = shape[0] * shape[1] if mask is None else int(np.count_nonzero(mask))
     if not counted:
         return 0.0
-    step = max(1, int(np.sqrt(counted / ENTROPY.enough_pixels)))
+    # [pixels] The entropy changes by less than 0.02 bits
+    step = max(1, int(np.sqrt(counted / 30_000)))
     sampled = None if mask is None else np.ascontiguousarray(mask[::step, ::step])
     magnitude = _magnitude(displacement_mm[::step, ::step]) / np.float32(bin_mm)
     if sampled is not None:

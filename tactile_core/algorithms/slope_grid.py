@@ -81,11 +81,6 @@ def averaged_for_heights(shape: tuple[int, ...]) -> bool:
 Model = Callable[[Float32], Float32]
 
 
-# [count] About so many points of an image at which the dependence on the position is added to a
-# table. Chosen on recorded three-colour balls (ADR 6).
-_POINTS = 1_200
-
-
 class SlopeGrid:
     """A slope model prepared for one reference on one grid.
 
@@ -118,7 +113,8 @@ class SlopeGrid:
         full_scale: float = LEVELS.full_scale_8_bit,
     ) -> None:
         self._model, self._table, self._sampling = model, table, sampling
-        points = sampling.shape[0] * sampling.shape[1] if table is None else _POINTS
+        # About so many points suffice on recorded three-colour balls (ADR 6)
+        points = sampling.shape[0] * sampling.shape[1] if table is None else 1_200
         self._coarse = coarse_size(*sampling.shape, points)
         base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
         floor = np.float32(LEVELS.least_divisor_share * full_scale)

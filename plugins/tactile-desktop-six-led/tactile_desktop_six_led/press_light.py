@@ -11,12 +11,6 @@ from tactile_core.algorithms.arrays import regression
 
 Float32 = NDArray[np.float32]
 
-ORDER = 2  # Order of the change in the position, that of the light field
-
-# [sine of the slope angle] Steeper pixels count as sloped, in the share that a press has of the
-# image: above the noise and the apparent tilt of level gel.
-_STEEP_SINE = 0.1
-
 
 @dataclass(frozen=True, eq=False)
 class PressLight:
@@ -44,7 +38,8 @@ class PressLight:
 
     def tilt_at(self, position: Float32) -> Float32:
         """Return the full tilt (2, N) at (N, 2) positions."""
-        return np.asarray(self.tilt @ regression.terms(position, ORDER).T, np.float32)
+        # [order] that of the light field
+        return np.asarray(self.tilt @ regression.terms(position, 2).T, np.float32)
 
 
 def steep_share(normals: Float32) -> float:
@@ -52,4 +47,5 @@ def steep_share(normals: Float32) -> float:
     step = max(1, min(normals.shape[1:]) // 60)  # about 60 rows are as good as all
     x, y, z = normals[:, step // 2 :: step, step // 2 :: step]
     across = x * x + y * y
-    return float((across > _STEEP_SINE**2 * (across + z * z)).mean())
+    # [sine] above noise and the tilt of level gel
+    return float((across > 0.1**2 * (across + z * z)).mean())

@@ -13,30 +13,12 @@ from tactile_core.algorithms.elasticity.response import Response, Symbols
 from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
 
-class GEL:
-    """Properties of the gel where a profile gives none.
-
-    References
-    ----------
-    .. [1] W. Yuan, R. Li, M. A. Srinivasan and E. H. Adelson, "Measurement of shear and slip with a
-       GelSight tactile sensor", ICRA, 2015.
-    """
-
-    # [mm] Thickness of the elastomer. Source: the test sheet of [1]_, 23.4 × 22.6 × 2.0 mm.
-    thickness_mm = 2.0
-    # [MPa] Shear modulus of the elastomer. Source: neo-Hookean coefficient of the silicone XP-565
-    # [1]_.
-    shear_modulus_mpa = 0.145
-    # [ratio] Poisson's ratio of the elastomer. Source: by hand, nearly incompressible; the papers
-    # give none.
-    poisson_ratio = 0.48
-
-
-THICKNESS_MM, SHEAR_MODULUS_MPA, POISSON_RATIO = (
-    GEL.thickness_mm,
-    GEL.shear_modulus_mpa,
-    GEL.poisson_ratio,
-)
+# Properties of the gel where a profile gives none. Source of the first two: W. Yuan, R. Li, M. A.
+# Srinivasan and E. H. Adelson, "Measurement of shear and slip with a GelSight tactile sensor",
+# ICRA, 2015: a test sheet of 23.4 × 22.6 × 2.0 mm of the silicone XP-565.
+THICKNESS_MM = 2.0  # [mm] Thickness of the elastomer
+SHEAR_MODULUS_MPA = 0.145  # [MPa] Its neo-Hookean coefficient
+POISSON_RATIO = 0.48  # [ratio] Nearly incompressible; the papers give none
 
 
 class Compliance(NamedTuple):

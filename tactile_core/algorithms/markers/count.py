@@ -132,9 +132,6 @@ class COUNT:
     # [ratio] Ratio of successive diameters that are tried. Source: by hand, detection tolerates
     # larger deviations.
     diameter_step = 1.15
-    # [pitches] Largest diameter that is tried. Source: geometry: the gaps between wider markers
-    # are narrower than the markers.
-    widest = 0.55
 
 
 def expected_count(shape: tuple[int, ...], pitch_px: float) -> int:
@@ -167,7 +164,8 @@ def detectable_diameter(pixels: Array) -> tuple[float, float, int] | None:
     if found is None:
         return None
     diameter_px, pitch_px = found
-    steps = max(0, int(np.log(COUNT.widest * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
+    # [pitches] The gaps between wider markers are narrower than the markers
+    steps = max(0, int(np.log(0.55 * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
     first = 0
     for step in range(steps + 1):
         larger_px = diameter_px * COUNT.diameter_step**step

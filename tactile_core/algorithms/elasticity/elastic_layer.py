@@ -12,7 +12,6 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity.response import Response, Symbols
 from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 
-
 # Properties of the gel where a profile gives none. Source of the first two: W. Yuan, R. Li, M. A.
 # Srinivasan and E. H. Adelson, "Measurement of shear and slip with a GelSight tactile sensor",
 # ICRA, 2015: a test sheet of 23.4 × 22.6 × 2.0 mm of the silicone XP-565.

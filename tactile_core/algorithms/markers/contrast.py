@@ -17,10 +17,7 @@ FULL = 255  # Contrast of a pixel that reflects no light at all
 
 # [marker diameters] Side of the square of the closing that estimates the background. Darker
 # structures that are wider than this are background: chosen on recorded markers (ADR 25)
-_CLOSING_DIAMETERS = 2.2
-# [share of full scale] Lower bound of the background, so that noise in a dark image does not become
-# contrast
-_DARKEST_BACKGROUND = 0.08
+CLOSING_DIAMETERS = 2.2
 # [px] The image is reduced by a whole factor as long as a marker keeps this diameter: for speed
 _COARSE_DIAMETER_PX = 6.0
 # [share of the background] Pixels that lose at least this share of the light are masked as marker
@@ -109,13 +106,14 @@ def background_of(brightness: Array, diameter_px: float) -> Array:
 
 
 def _closing_reach(diameter_px: float) -> int:
-    return round(0.5 * _CLOSING_DIAMETERS * diameter_px)
+    return round(0.5 * CLOSING_DIAMETERS * diameter_px)
 
 
 def _close_brightness(brightness: Array, reach: int) -> Array:
     closed = cv2.morphologyEx(brightness, cv2.MORPH_CLOSE, square(reach))
     full = FULL if closed.dtype == np.uint8 else max(float(closed.max()), 1e-6)
-    darkest: Any = _DARKEST_BACKGROUND * full  # OpenCV's type hints omit scalars
+    # [share of full scale] noise in a dark image is no contrast; OpenCV's type hints omit scalars
+    darkest: Any = 0.08 * full
     return np.asarray(cv2.max(closed, darkest))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import shorths
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.drift import DRIFT
+from tactile_core.algorithms.drift import LEVELS
 
 ROWS, COLUMNS = 20, 26  # Cells of the grid, count; each is the mean of 2 × 2 samples
 
@@ -93,13 +93,13 @@ class Cells:
         means /= np.maximum(shown, 0.25) * np.float32(full_scale)
         means += shown == 0  # a cell that markers hide is not readable, but it is not black
         # [share of the full scale] brighter cells say nothing
-        readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < 0.98)
-        return np.log(np.maximum(means, DRIFT.dark_share)), readable
+        readable = (means.min(axis=0) > LEVELS.dark_share) & (means.max(axis=0) < 0.98)
+        return np.log(np.maximum(means, LEVELS.dark_share)), readable
 
     @staticmethod
     def black(log: Array) -> Bool:
         """Return which cells (N,) are dark in every channel, as no contact makes them."""
-        return np.asarray(log.max(axis=0) <= np.log(np.float32(DRIFT.dark_share)) + 1e-6)
+        return np.asarray(log.max(axis=0) <= np.log(np.float32(LEVELS.dark_share)) + 1e-6)
 
     def _samples(self, image: Array) -> Array:
         """Return every n-th pixel, (2 R, 2 C) or (2 R, 2 C, K), alike from both ends."""

@@ -44,7 +44,6 @@ class DRIFT:
     # [count] Cells of the grid on which frame and reference are compared.
     rows = 24
     columns = 32
-    dark_share = 0.02  # [share of the full scale] Cells with a channel at or below it are left out
     # [logarithm of the gain] Larger changes are no drift and are not compensated. Source: by
     # hand, (10 %, ADR 10).
     largest_log_gain = 0.1
@@ -109,7 +108,7 @@ class ReferenceLevels:
         self._down, self._across = down, across
         self._full_scale = full_scale
         self._undeformed = self._cell_means(reference)
-        self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
+        self._bright = (self._undeformed > LEVELS.dark_share * full_scale).all(axis=0)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
@@ -125,7 +124,7 @@ class ReferenceLevels:
 
     def _quotients(self, pixels: Array, marker_mask: Array | None) -> Array:
         """Means of the readable cells over those of the reference, (K, N) float32."""
-        bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
+        bounds = LEVELS.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > bounds[0]) & self._bright
         readable &= means.max(axis=0) < bounds[1]

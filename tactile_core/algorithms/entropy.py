@@ -9,18 +9,14 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
-
-class ENTROPY:
-    """Parameters of the displacement entropy."""
-
-    # [mm] Width of a bin of the histogram. It is fixed: with a fixed number of bins the width
-    # would grow with the load, and the entropy with it less. Source: by hand, so that virtual
-    # grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
-    bin_mm = 1 / 256
+# [mm] Width of a bin of the histogram. It is fixed: with a fixed number of bins the width
+# would grow with the load, and the entropy with it less. Source: by hand, so that virtual
+# grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
+BIN_MM = 1 / 256
 
 
 def displacement_entropy(
-    displacement_mm: Array, mask: Bool | None = None, *, bin_mm: float = ENTROPY.bin_mm
+    displacement_mm: Array, mask: Bool | None = None, *, bin_mm: float = BIN_MM
 ) -> float:
     """Return the entropy of the displacement's magnitude over the contact, in bits.
 

@@ -19,9 +19,6 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, 
 from tactile_core.algorithms.elasticity import THICKNESS_MM
 from tactile_core.algorithms.slope_grid import coarse_size
 
-# [share of the cells] Cells near the median slope that a tilt takes to count as drift: fewer may as
-# well be the flank of a wide object
-_LEAST_CALM_SHARE = 0.3
 # [share of the greatest height] Lower cells may be undeformed: half-way between the gel and the top
 # of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47)
 _RAISED_SHARE = 0.5
@@ -32,9 +29,8 @@ _CALM_SLOPE = 0.04
 # weight, since the gel bulges around a contact: on virtual presses and the recordings of ADR 47,
 # which are therefore no independent test of it
 _MARGIN_THICKNESSES = 2.0
-# [gel thicknesses] Length over which an error vanishes in the undeformed part: like
-# ``margin_thicknesses``, between low heights far from contacts (short) and the true bulge next to
-# them (long)
+# [gel thicknesses] Length over which an error vanishes in the undeformed part: like the margin,
+# between low heights far from contacts (short) and the true bulge next to them (long)
 _DECAY_THICKNESSES = 0.75
 
 
@@ -111,9 +107,9 @@ def fit_rest_plane(
     """Fit a plane to the undeformed gel surface out of contact.
 
     A change of the light biases all slopes in the same direction and tilts the height map as a
-    whole. This tilt, the median slope, counts as drift only if it is below ``drift_slope`` and at
-    least 30 % of the cells have this slope to within ``drift_slope``. Otherwise most of the image
-    is not undeformed, and only the level of its flatter half is estimated.
+    whole. This tilt, the median slope, counts as drift only if it is below ``drift_slope``, and
+    some cells have this slope to within ``drift_slope``. Otherwise most of the image is not
+    undeformed, and only the level of its flatter half is estimated.
 
     An object raises the surface, so the gel is the lowest level of the calm cells, even below an
     object that covers 60 % of them. Next to an object the surface bulges down by at most a third
@@ -132,7 +128,7 @@ def fit_rest_plane(
     """
     tilt = quantile(gx.ravel(), 0.5), quantile(gy.ravel(), 0.5)
     calm = np.hypot(gx - tilt[0], gy - tilt[1]) < drift_slope
-    drifts = hypot(*tilt) < drift_slope and calm.mean() >= _LEAST_CALM_SHARE
+    drifts = hypot(*tilt) < drift_slope and bool(calm.any())
     if not drifts:
         tilt, slope = (0.0, 0.0), np.hypot(gx, gy)
         calm = slope <= quantile(slope.ravel(), 0.5)

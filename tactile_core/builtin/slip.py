@@ -219,6 +219,5 @@ class Slip(Estimator):
         if not tracked:
             return _Verdict(shear.degree, shear.degree)
         decisive = 1.0 if evidence >= 1 else min(shear.degree, self._warning_only)
-        # [ratio] The field ranks recorded lifts wrongly where contact and load are unknown (ADR
-        # 29), so that it stays below the degree of an imprint that slips
-        return _Verdict(decisive, max(0.2 * shear.degree, of_imprint))
+        # the field ranks recorded lifts wrongly where contact and load are unknown (ADR 29)
+        return _Verdict(decisive, of_imprint)

@@ -95,7 +95,6 @@ class SlipContactFinder(Estimator):
     def _release(self) -> None:
         """Forget the present contact."""
         self._sheared: Bool | None = None
-        self._slope = 0.0
 
     def _find(
         self,
@@ -139,7 +138,6 @@ class SlipContactFinder(Estimator):
         Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
         down, so the mask misses the border or flickers.
         """
-        mask: Bool | None = None
         if height is not None:
             grid = grid_of(height, "mm")
             steep, slope = steepness_of(
@@ -149,17 +147,13 @@ class SlipContactFinder(Estimator):
                 self._stride,
                 spacing_mm=self._spacing_mm,
             )
-            clear = slope > 0.1  # [slope] the height map alone shows a contact
-            mask = None if clear else pick_pixels(contact.mask, self._stride)
-            if mask is None or np.count_nonzero(mask):
-                self._slope = slope
-            # [share of the slope at its last contact]
-            if self._slope and slope >= 0.5 * self._slope:
+            # [slope] the height map alone shows a contact
+            if slope > 0.1 or contact.mask.any():
                 within = contact_within_ring(steep, 0.03, slope)  # [slope] at any border
                 if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, ContactLoad(0.0, math.sqrt(steep.sum())), "height")
-        mask = pick_pixels(contact.mask, self._stride) if mask is None else mask
+        mask = pick_pixels(contact.mask, self._stride)
         self._measured_once |= bool(mask.any())
         return _Touch(mask, ContactLoad(float(np.count_nonzero(contact.mask)), 0.0), "height")
 

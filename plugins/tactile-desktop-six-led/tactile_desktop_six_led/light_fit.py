@@ -15,7 +15,6 @@ Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
 
-_ROUNDS = 12
 # [distance of normal_xy] Lower limit of the same, for data without noise: the slope of one grey
 # level on recordings
 _LEAST_HUBER = 0.005
@@ -75,7 +74,7 @@ def fit_light_field(
 
     pressed = np.asarray(target.any(axis=1), np.float64)
     found = start
-    for rounds in (4, _ROUNDS):  # [evaluations] before and after the noise is known
+    for rounds in (4, 12):  # [evaluations] at most, before and after the noise is known
         fit = _Objective(logs, terms, target, pressed, start, penalty)
         fit = replace(fit, huber=fit.noise_limit(found))
         found = least_squares(fit.error, found, fit.jacobian, max_nfev=rounds).x
@@ -113,7 +112,7 @@ class _Objective:
     def noise_limit(self, parameters: Float) -> float:
         """Return the distance where the noise ends, from the errors under a press."""
         missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
-        sigma = regression.sigma_of(missed[self.pressed > 0])
+        sigma = regression.sigma_of(missed[self.pressed > 0].ravel())
         # [sigmas] 95 % efficiency under Gaussian noise [1]_
         return max(_LEAST_HUBER, 1.345 * sigma)
 

@@ -40,30 +40,23 @@ class Scene:
     in_view: Bool
     uncertainty_px: Array
 
-    def match_step(self, last_px: Array, momentum_px: Array, searched: Bool) -> Intp | None:
+    def match_step(self, base_px: Array, searched: Bool) -> Intp | None:
         """Match the markers near their predictions; None where a small step explains too little.
 
-        That is where many are outliers, match another detection without momentum, or are torn off
-        from the others.
+        That is where many are outliers, or are torn off from the others.
 
         Parameters
         ----------
-        last_px : (N, 2) float64
-            Positions in the previous frame.
-        momentum_px : (N, 2) float64
-            Predicted steps.
+        base_px : (N, 2) float64
+            Predicted positions.
         searched : (N,) bool
             Markers that may be matched.
         """
-        base_px = last_px + momentum_px
         owner = self.pair_markers(base_px, searched)
         if self.is_smooth(base_px, owner):
             return owner
-        # [markers] With more that are outliers, ambiguous or torn off, other hypotheses are tried
-        still, paired, few = self.pair_markers(last_px, searched), owner >= 0, 3
-        if np.count_nonzero(paired & (still >= 0) & (still != owner)) > few:
-            return None
         grown = self.grow(base_px, owner, searched)
+        paired, few = owner >= 0, 3  # [markers] with more outliers other hypotheses are tried
         share = 0.12 * np.count_nonzero(paired)  # [share] among many markers
         if np.count_nonzero(paired & (grown != owner)) > max(few, share):
             return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, NEIGHBOURHOOD, nearest
+from tactile_core.algorithms.marker_tracking.pairing import GROWTH, nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,8 @@ class Neighbourhood:
         counted = known[self.index].astype(np.float64)
         middle = (counted[:, None] @ self.offsets)[:, 0]
         distance = np.hypot(middle[:, 0], middle[:, 1]) / np.maximum(counted.sum(axis=1), 1)
-        return np.asarray(np.maximum(distance / NEIGHBOURHOOD.inside_pitches, 1) ** 2)
+        # [pitches] a marker whose neighbours' mean position is farther is not surrounded by them
+        return np.asarray(np.maximum(distance / 1.1, 1) ** 2)
 
     def supporters(self, known: Bool) -> NDArray[np.intp]:
         """Number (N,) of known neighbours of each marker."""

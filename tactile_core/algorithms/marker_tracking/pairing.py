@@ -60,14 +60,6 @@ def pair_nearest(expected_px: Array, found_px: Array, within_px: Array) -> Intp:
     return result
 
 
-class NEIGHBOURHOOD:
-    """Parameters of the local plane fit."""
-
-    # [pitches] A marker is surrounded by its neighbours if their mean position is closer than
-    # this.
-    inside_pitches = 1.1
-
-
 class GROWTH:
     """Parameters of matching: of pairs, of their growth, and of the choice among hypotheses."""
 
@@ -86,11 +78,3 @@ class GROWTH:
     # pitch; beyond it another marker is closer.
     tear_pitches = 0.5
     bins_per_pitch = 6  # [count] Resolution of the histogram of shifts
-
-
-class TRACKER:
-    """Parameters of the tracker."""
-
-    # [ratio] Predicted step relative to the last one. Source: 0.35 to 0.7 track virtual strokes
-    # alike; without it, 90 instead of 22 of 260,000 places in fast ones are swapped.
-    momentum = 0.7

@@ -7,7 +7,11 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene, outrun_pitches
 from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, TRACKER, UNMATCHED
+from tactile_core.algorithms.marker_tracking.pairing import GROWTH, UNMATCHED
+
+# [ratio] Predicted step relative to the last one. Source: 0.35 to 0.7 track virtual strokes alike;
+# without it, 90 instead of 22 of 260,000 places in fast ones are swapped.
+_MOMENTUM = 0.7
 
 
 class MarkerTracker:
@@ -92,9 +96,8 @@ class MarkerTracker:
         scene = Scene(around, found_px, in_view, self._uncertainty_px)
         owner = self._match_markers(scene)
         known = owner >= 0
-        # [shares of the markers in view] With fewer they are lost, and until then not found again
-        share = 0.4 if self.lost else 0.2
-        enough = max(GROWTH.min_markers, share * np.count_nonzero(in_view))
+        # [share of the markers in view] with fewer they are lost
+        enough = max(GROWTH.min_markers, 0.2 * np.count_nonzero(in_view))
         self.lost = bool(np.count_nonzero(known) < enough)
         if self.lost:
             self.seen = np.zeros(len(self.px), np.bool_)
@@ -111,7 +114,7 @@ class MarkerTracker:
         certain_px = GROWTH.gate_spacings * scene.around.spacing_px
         searched = (self._uncertainty_px <= certain_px) | self.lost
         if not self.lost:
-            owner = scene.match_step(self.px, self._momentum_px, searched)
+            owner = scene.match_step(self.px + self._momentum_px, searched)
             if owner is not None:
                 return owner
         anywhere = np.ones_like(searched)
@@ -131,7 +134,7 @@ class MarkerTracker:
         self._uncertainty_px = np.where(seen, 0.0, self._uncertainty_px)
         if not seen.all():
             self._infer(around, px, step_px, seen)
-        self._momentum_px = TRACKER.momentum * (px - self.px)
+        self._momentum_px = _MOMENTUM * (px - self.px)
         self.px, self.seen = px, seen
 
     def _infer(self, around: Neighbourhood, px: Array, step_px: Array, seen: Bool) -> None:

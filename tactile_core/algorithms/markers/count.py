@@ -14,7 +14,7 @@ from tactile_core.algorithms.markers.contrast import (
 )
 from tactile_core.algorithms.markers.detection import find_markers, find_spots
 
-# [ratio] Ratio of successive diameters: less than ``diameter_ratio``, so that the searches overlap
+# [ratio] Ratio of successive diameters: less than that of a spot to them, so that searches overlap
 _LATTICE_DIAMETER_STEP = 1.25
 _MIN_CONTRAST = 0.1  # [share of the background] Minimum of the typical contrast of the spots
 _MIN_MARKERS = 12  # [count] Fewest spots that form a lattice: fewer are found in textures, too

@@ -22,8 +22,6 @@ _MARKER_SHARE = 0.6
 # [share of the peak] Contrast that is subtracted before the moments are taken: chosen on a
 # recording: with the rim, 0.27 px from the labels, 0.30 px without (ADR 25)
 _BACKGROUND_SHARE = 0.15
-# [share of the background] Share of the light that a marker absorbs at least, in any frame
-_MIN_MARKER_CONTRAST = 0.08
 # [share of the typical contrast] Contrast above which a pixel may belong to a marker at all
 _MIN_CONTRAST = 0.3
 # [typical markers] Minimum integrated contrast of a marker: chosen on recorded prints, between the
@@ -145,7 +143,8 @@ def threshold_contrast(contrast: UInt8, size_px: float) -> tuple[UInt8, UInt8]:
     opening, reach = _OPENING_DIAMETERS / 2, CLOSING_DIAMETERS / 2
     thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(int(opening * size_px)))
     peaks = np.asarray(cv2.dilate(thick, square(int(reach * size_px))), np.uint8)
-    typical = max(find_typical_contrast(peaks), _MIN_MARKER_CONTRAST * FULL)
+    # [share of the background] a marker absorbs at least so much light, in any frame
+    typical = max(find_typical_contrast(peaks), 0.08 * FULL)
     _, dark = cv2.threshold(thick, _MIN_CONTRAST * typical, FULL, cv2.THRESH_TOZERO)
     mask = cv2.compare(dark, cv2.convertScaleAbs(peaks, alpha=_MARKER_SHARE), cv2.CMP_GT)
     background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)

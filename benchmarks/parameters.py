@@ -6,7 +6,7 @@ compared with what they were: heights and displacements by the RMS of the change
 of the quantity, contacts by 1 - IoU, slip by the change of its degree and of its state. A parameter
 that moves nothing decides nothing.
 
-``python benchmarks/parameters.py [DATA] [--only PART ...] [--least SHARE]``
+``python benchmarks/parameters.py [DATA] [--only PART ...] [--named NAME ...] [--least SHARE]``
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ from tactile_core.recordings.recording import open_recording
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 LIFTS = ("slip/grasp_lift", "hex_fingertip", 30, 1)
-GRASPS = ("slip/gripper_pair", str(HERE / "gripper_finger.yaml"), 100, 1)
-"""Folder, profile, frames and interval of recordings of slip, of which every tenth is measured."""
+GRASPS = ("slip/gripper_pair", str(HERE / "gripper_finger.yaml"), 50, 1)
+"""Folder, profile, frames and interval of recordings of slip, of which two are measured."""
 
-PRESSES, SEQUENCES, SEED = 3, 3, 11
+PRESSES, SEQUENCES, SEED = 3, 2, 11
 """Recorded presses of each sensor; rendered sequences, and their seed."""
 
 STROKES = (Shear(2.0, 0.35, spurious=0.02), Shear(2.0, 0.7, spurious=0.05))
@@ -144,7 +144,7 @@ def cases(data: Path) -> Iterator[Case | Strokes]:
         assembly = Assembly(make_lights(profile), profile.image)
         sources = sorted(p for p in (data / folder).glob("*/*") if not p.name.startswith("."))
         videos = [video for p in sources for video in (sorted(p.glob("*.avi")) or [p])]
-        for video in videos[:: max(1, len(videos) // 4)][:4]:
+        for video in videos[:: len(videos) // 2][:2]:
             taken = islice(open_recording(video), 0, count * every, every)
             frames = tuple(
                 assembly.frame([replace(one.images[0], timestamp_s=n * every / 30)])
@@ -247,24 +247,30 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=DATA)
     parser.add_argument("--only", nargs="*", default=["algorithms", "builtin", "conditioning"])
+    parser.add_argument("--named", nargs="*", help="of these the parameters of these names alone")
     parser.add_argument("--least", type=float, default=0.0, help="of a change that is printed")
     asked = parser.parse_args()
-    _PARAMETERS.extend(parameters(asked.only))
+    found = parameters(asked.only)
+    _PARAMETERS.extend(one for one in found if not asked.named or one.name in asked.named)
     _CASES.extend(cases(asked.data))
     _BEFORE.extend(case.measure() for case in _CASES)
     tasks = [(n, factor) for n in range(len(_PARAMETERS)) for factor in FACTORS]
-    largest: dict[int, dict[str, float]] = {n: {} for n in range(len(_PARAMETERS))}
+    largest: dict[int, dict[float, dict[str, float]]] = {n: {} for n in range(len(_PARAMETERS))}
     with multiprocessing.get_context("fork").Pool(CORES, maxtasksperchild=1) as pool:
         for done, (n, factor, moved, fault) in enumerate(pool.imap_unordered(_moved, tasks), 1):
-            for kind, value in moved.items():
-                largest[n][kind] = max(largest[n].get(kind, 0.0), value)
+            largest[n][factor] = moved
             print(f"{done}/{len(tasks)} {_PARAMETERS[n].title} × {factor} {fault}", file=sys.stderr)
-    for n in sorted(largest, key=lambda n: -max(largest[n].values(), default=0.0)):
-        top = {kind: value for kind, value in largest[n].items() if value >= 0.0005}
-        if max(top.values(), default=0.0) >= asked.least:
-            shown = ", ".join(f"{kind} {value:.3f}" for kind, value in top.items())
-            value = getattr(*_PARAMETERS[n])
-            print(f"{_PARAMETERS[n].title} = {value}: {shown or 'nothing'}", flush=True)
+    for n in sorted(largest, key=lambda n: -_greatest(largest[n])):
+        if _greatest(largest[n]) >= asked.least:
+            print(f"{_PARAMETERS[n].title} = {getattr(*_PARAMETERS[n])}", flush=True)
+            for factor in FACTORS:
+                top = {kind: value for kind, value in largest[n][factor].items() if value >= 0.0005}
+                shown = ", ".join(f"{kind} {value:.3f}" for kind, value in top.items())
+                print(f"    × {factor}: {shown or 'nothing'}", flush=True)
+
+
+def _greatest(moved: dict[float, dict[str, float]]) -> float:
+    return max((value for one in moved.values() for value in one.values()), default=0.0)
 
 
 if __name__ == "__main__":

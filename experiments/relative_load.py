@@ -21,7 +21,7 @@ from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.gel import POISSON_RATIO, SHEAR_MODULUS_MPA
 from tactile_core.algorithms.light_change import LIGHT_CHANGE, change_in_detail
-from tactile_core.builtin.contact import LOAD
+from tactile_core.builtin.contact import THICKNESS_SHARE
 from tactile_core.errors import InputError
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
@@ -97,7 +97,7 @@ def correlations(clip: Clip, loads: Array) -> tuple[float, float]:
 def methods() -> dict[str, Method]:
     """Return the method with other scales, and what is simpler."""
     base = LIGHT_CHANGE
-    share = LOAD.thickness_share
+    share = THICKNESS_SHARE
 
     def scaled(name: str, factor: float) -> Method:
         fields = ("cells_per_thickness", "cells_per_width") if name == "cells" else (name,)

@@ -31,10 +31,6 @@ class Clock(NamedTuple):
 
 HOST = Clock(time.monotonic, time.sleep)  # The clock of every camera's timestamps
 
-
-# [count] Images from which frame period and jitter are measured: their median is that of a period
-# although a few are lost
-_IMAGES = 9
 # [count] Times that a light is switched on, at as many phases of the frame period: the delay is
 # then overestimated by a sixth of a period at most, which leaves a quarter of a period for transfer
 # and lights where an image can be used every other period
@@ -45,14 +41,8 @@ _BANDS = 8
 # [ratio] Share of its brightness from which a band counts as fully lit: above the flicker and noise
 # of the mean of a band
 _LIT_SHARE = 0.97
-# [share of the full scale] Change of brightness that can be measured: five grey levels of eight
-# bits
-_LEAST_STEP = 0.02
 # [s] Longest wait for an image while the timing is measured: a camera starts within this time
 _FIRST_TIMEOUT_S = 3.0
-# [s] Age of a new image from which its timestamp cannot be of the host's clock: longer than any
-# camera buffers
-_STRANGE_S = 10.0
 
 
 class FreeRunning:
@@ -119,7 +109,8 @@ class FreeRunning:
         DeviceError
             The timestamps do not increase.
         """
-        times = np.array([self._next().timestamp_s for _ in range(_IMAGES)])
+        # [images] The median is that of a period although a few images are lost
+        times = np.array([self._next().timestamp_s for _ in range(9)])
         steps = np.diff(times)
         if not (steps > 0).all():
             raise DeviceError(
@@ -190,7 +181,7 @@ class FreeRunning:
 
     def _late(self, image: Image, timeout_s: float) -> DeviceError:
         age_s = self._clock.now() - image.timestamp_s
-        if abs(age_s) > _STRANGE_S:
+        if abs(age_s) > 10.0:  # [s] longer than any camera buffers
             return DeviceError(
                 f"the timestamp of a new image is {age_s:g} s ago, so that it is not of the host's "
                 f"monotonic clock; the camera's plugin must convert it"
@@ -215,7 +206,7 @@ def _delay_of(images: list[Image], dark: Image, began_s: float) -> float | None:
     full_scale = np.iinfo(dark.pixels.dtype).max if dark.pixels.dtype.kind == "u" else 1.0
     below = _bands(dark)
     step = _bands(images[-1]) - below
-    if step.min() < _LEAST_STEP * full_scale:
+    if step.min() < 0.02 * full_scale:  # five grey levels of eight bits
         return None
     lit = (image for image in images if (_bands(image) - below >= _LIT_SHARE * step).all())
     return next(lit).timestamp_s - began_s

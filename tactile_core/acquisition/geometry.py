@@ -17,7 +17,6 @@ from tactile_core.quantities import Pixels
 
 Size = tuple[int, int]  # Width and height, px
 
-_UNDISTORT_STEPS = 50
 _CORNER = np.array([[0, 0], [1, 0], [0, 1]])
 
 
@@ -272,7 +271,7 @@ class ImageGeometry:
         inverse = np.linalg.inv(matrix)
         seen = _homogeneous(points) @ inverse.T
         rays = seen.copy()
-        for _ in range(_UNDISTORT_STEPS):
+        for _ in range(50):  # [count] most steps; most lenses need five
             bent, _ = cv2.projectPoints(
                 rays[:, None], np.zeros(3), np.zeros(3), np.eye(3), distortion
             )

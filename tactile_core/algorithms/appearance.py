@@ -17,28 +17,19 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import shorths
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.drift import DRIFT
+from tactile_core.algorithms.drift import LEVELS
 
 ROWS, COLUMNS = 20, 26  # Cells of the grid, count; each is the mean of 2 × 2 samples
 
-TOLERANCE = 0.06  # Logarithm of intensity by which a cell may differ and still agree: about 6 %
 
 # Logarithms of intensity at which a robust fit ignores cells, one after another.
 SCALES = 0.4, 0.2, 0.1, 0.06, 0.04
 
 FEWEST_CELLS = 60  # Cells that a comparison needs, count
 
-BRIGHTEST = 0.98  # Share of the full scale from which on a cell is too bright to compare
 
 # Shares of the view that a cropped image may show.
 ZOOMS = 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95
-
-# Response of a matched filter from which on an alternative is examined; 1 if it is true.
-RESPONSE = 0.5
-
-LEAST_OF_ZOOM = 0.25  # Share of what differs that a zoom explains, if there was one
-
-CLIP = 0.1  # Largest logarithm of intensity of one cell that counts in a matched filter
 
 
 Mistake = Literal["channels_swapped", "turned", "mirrored", "cropped", "grey", "another_unit"]
@@ -101,13 +92,14 @@ class Cells:
         means = np.ascontiguousarray(self._means(samples).reshape(-1, samples.shape[2]).T)
         means /= np.maximum(shown, 0.25) * np.float32(full_scale)
         means += shown == 0  # a cell that markers hide is not readable, but it is not black
-        readable = (means.min(axis=0) > DRIFT.dark_share) & (means.max(axis=0) < BRIGHTEST)
-        return np.log(np.maximum(means, DRIFT.dark_share)), readable
+        # [share of the full scale] brighter cells say nothing
+        readable = (means.min(axis=0) > LEVELS.dark_share) & (means.max(axis=0) < 0.98)
+        return np.log(np.maximum(means, LEVELS.dark_share)), readable
 
     @staticmethod
     def black(log: Array) -> Bool:
         """Return which cells (N,) are dark in every channel, as no contact makes them."""
-        return np.asarray(log.max(axis=0) <= np.log(np.float32(DRIFT.dark_share)) + 1e-6)
+        return np.asarray(log.max(axis=0) <= np.log(np.float32(LEVELS.dark_share)) + 1e-6)
 
     def _samples(self, image: Array) -> Array:
         """Return every n-th pixel, (2 R, 2 C) or (2 R, 2 C, K), alike from both ends."""
@@ -241,7 +233,8 @@ class Appearance:
         responses = self._filters @ self._blur_change(change)
         best: float = margin
         why: Mistake | None = None
-        for index in np.flatnonzero(responses > RESPONSE):
+        # [of a matched filter] From here on an alternative is examined; 1 if it is true
+        for index in np.flatnonzero(responses > 0.5):
             one = self.alternatives[index]
             both = readable & self.seen & one.seen
             if np.count_nonzero(both) < FEWEST_CELLS:
@@ -251,7 +244,8 @@ class Appearance:
             name = one.cause
             if name == "cropped":
                 # another light can look a little like a zoom, which then explains little of it
-                little = more < LEAST_OF_ZOOM * (1 - base) or responses[index] > 3 * RESPONSE
+                # [share of what differs] explained by a zoom
+                little = more < 0.25 * (1 - base) or responses[index] > 1.5
                 name, more = ("another_unit", more - 0.03) if little else (name, more + 0.035)
             if more > best:
                 best, why = more, name
@@ -259,7 +253,8 @@ class Appearance:
 
     def _explained_share(self, change: Array, both: Bool) -> float:
         plane, change = self.plane[:, both], change[:, both]
-        return agreement(change - fit_smooth_field(change, plane, SCALES) @ plane, TOLERANCE)
+        # [log of intensity] about 6 %
+        return agreement(change - fit_smooth_field(change, plane, SCALES) @ plane, 0.06)
 
     @cached_property
     def _filters(self) -> Array:
@@ -269,7 +264,8 @@ class Appearance:
 
     def _blur_change(self, change: Array) -> Array:
         """Return the clipped sums over four cells, (K N / 4): a filter needs no more."""
-        return np.clip(_sums(self._image(change)).ravel(), -4 * CLIP, 4 * CLIP)
+        # [log of intensity] of four cells, each counts at most a tenth
+        return np.clip(_sums(self._image(change)).ravel(), -0.4, 0.4)
 
     def _predict_change(self, one: Alternative) -> Array:
         both = self.seen & one.seen

@@ -25,21 +25,9 @@ class TABLE:
     # [count] Default number of entries per channel. Source: [1]_, section 3.5: 80 × 80 × 80
     # entries.
     bins = 80
-    # [percent] Range of the changes that the axis covers.
-    low_percentile = 0.02
-    high_percentile = 99.98
-    margin_share = 0.03  # [share of that range] Extension of the axis at both ends
-    # [relative change] Added to the margin, so that equal changes have an axis, too.
-    least_margin = 1e-3
-    # [half widths of the image] Distance from the centre, along x and y, of the places over which
-    # a table is averaged.
-    place_offset = 0.6
     # [count] A model is evaluated at every 2^halvings-th entry, and interpolated between. Source:
     # the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 81).
     halvings = 2
-
-
-_LARGEST_BYTE = 255  # Largest entry per channel that fits into a byte
 
 
 @dataclass(frozen=True)
@@ -66,10 +54,11 @@ class Axis:
     @classmethod
     def spanning(cls, changes: Float32, count: int = TABLE.bins) -> Axis:
         """Return an axis that covers nearly all of (N, 3) changes, as far as a byte allows."""
-        ends = [TABLE.low_percentile, TABLE.high_percentile]
+        ends = [0.02, 99.98]  # [percent] without the outliers of single pixels
         low, high = (float(v) for v in np.percentile(changes, ends))
-        margin = TABLE.margin_share * (high - low) + TABLE.least_margin
-        finest = _LARGEST_BYTE / (1 + high + margin)
+        # [shares of that range] Equal changes have an axis, too
+        margin = 0.03 * (high - low) + 1e-3
+        finest = 255 / (1 + high + margin)  # of a byte
         per_unit = min((count - 1) / (high - low + 2 * margin), finest)
         return cls(per_unit, max(0, round((1 + low - margin) * per_unit)), count)
 
@@ -143,7 +132,8 @@ def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) 
     steps = step * np.arange(nodes, dtype=np.float32) + np.float32(axis.first)
     values = steps / np.float32(axis.per_unit) - 1
     changes = np.stack(np.meshgrid(values, values, values, indexing="ij"), -1).reshape(-1, 3)
-    ends = -TABLE.place_offset, TABLE.place_offset
+    # [half widths of the image] The table is averaged over places this far from its centre
+    ends = -0.6, 0.6
     places = [(0.0, 0.0), *((x, y * aspect) for x in ends for y in ends)]
     total = np.zeros((len(changes), 2), np.float32)
     for where in places:

@@ -10,25 +10,15 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.gradient import steepness
-from tactile_core.algorithms.arrays.regression import SIGMA_PER_MEDIAN, quantile
+from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.gel import POISSON_RATIO
 from tactile_core.errors import InputError
 
-_COARSE_PX = 160 * 120  # [px²] Regions are found on a height map reduced to about this many pixels
-_NOISE_SAMPLES = 4000  # [count] Approximate number of pixels from which the noise is estimated
-_DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere
-_REGION_SIGMAS = 2.5  # [noise sigmas] The region of a contact is higher than this everywhere
-# [share of the greatest height] Upper bound of the noise. The surface next to a wide contact bulges
-# away from the object, evenly and by up to a third of the depth; this is not noise
-_LARGEST_NOISE_SHARE = 0.1
-# [noise sigmas] Lower quartile of the length of a vector of two normal components: Rayleigh
-# distribution, √(−2 ln 0.75)
-_RAYLEIGH_QUARTILE = 0.7585
+_DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper than this somewhere
 _BANDS = 20  # [count] Bands of relative depth in which slopes are averaged (ADR 24)
-_HIGHEST_BAND = 11  # [count] The steepest contour is searched up to this band
 # [ratio] Depth of the border over that of the steepest contour, which smoothing moves inwards:
 # chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24)
 _BORDER_RATIO = 0.8
@@ -49,13 +39,12 @@ def contact_mask(
     A raised region is a contact if it is
 
     - deep: somewhere indented by ``min_indentation_mm`` and by 5 times the noise of the height;
-    - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope. A contact has
-      a flank; drift may reach any height, but has none;
+    - steep: somewhere sloped by ``min_slope``. A contact has a flank; drift may reach any height,
+      but has none;
     - large: at least ``min_area_mm2``, and so is its flank, so that specks are left out.
 
-    The noise comes from the map itself: that of the height from the pixels below the rest surface,
-    where there is no contact, up to a tenth of the greatest height; that of the slope from its
-    lower quartile.
+    The noise of the height comes from the map itself: from the pixels below the rest surface, where
+    there is no contact, up to a tenth of the greatest height.
 
     The surface around a contact is indented, too, so the contact does not end where the indentation
     does. It ends where the surface leaves the object and the slope decreases: at half the depth for
@@ -103,17 +92,19 @@ def contact_mask(
     height_mm = np.asarray(height_mm, np.float32)
     rows, columns = (side * step_px for side in height_mm.shape)
     mask = np.zeros((rows, columns), np.uint8)
-    shrink = max(step_px, round(math.sqrt(mask.size / _COARSE_PX)))
+    shrink = max(step_px, round(math.sqrt(mask.size / (160 * 120))))  # [px] enough for regions
     size = max(1, columns // shrink), max(1, rows // shrink)
     coarse = shrink_image(height_mm, size)
     highest_mm = float(coarse.max())
-    noise_mm = min(_height_noise(coarse), _LARGEST_NOISE_SHARE * highest_mm)
-    low_mm = max(min_indentation_mm, _REGION_SIGMAS * noise_mm)
+    # [share of the greatest height] The surface beside a wide contact bulges evenly, by up to a
+    # third of the depth; this is not noise
+    noise_mm = min(_height_noise(coarse), 0.1 * highest_mm)
+    low_mm = max(min_indentation_mm, 2.5 * noise_mm)  # [noise sigmas] higher than this everywhere
     detectable_mm = max(min_indentation_mm, _DETECTION_SIGMAS * noise_mm)
     if highest_mm <= detectable_mm:
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
-    steep = slope > max(min_slope, _DETECTION_SIGMAS * _slope_noise(slope))
+    steep = slope > min_slope
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
     for window, region in _parts(coarse > low_mm, min_area_px):
         heights_mm = coarse[window][region]
@@ -137,13 +128,8 @@ _SQUARE = np.ones((3, 3), np.uint8)  # Neighbourhood of a pixel
 def _height_noise(coarse: Array) -> float:
     """Standard deviation of the height of the undeformed surface, from the pixels below 0."""
     sample = _sample(coarse)
-    below = -sample[sample < 0]
-    return SIGMA_PER_MEDIAN * quantile(below, 0.5) if len(below) else 0.0
-
-
-def _slope_noise(slope: Array) -> float:
-    """Standard deviation of each component of the undeformed slope, from the lower quartile."""
-    return quantile(_sample(slope), 0.25) / _RAYLEIGH_QUARTILE
+    below = sample[sample < 0]
+    return sigma_of(below) if len(below) else 0.0
 
 
 def _border(depth: Array, slope: Array) -> float:
@@ -151,7 +137,7 @@ def _border(depth: Array, slope: Array) -> float:
     band = np.minimum((_BANDS * depth).astype(np.intp), _BANDS - 1)
     mean = np.bincount(band, slope, _BANDS) / np.maximum(np.bincount(band, None, _BANDS), 1)
     mean[1:-1] += (mean[:-2] + mean[2:]) / 2
-    steepest = 1 + int(np.argmax(mean[1 : _HIGHEST_BAND + 1]))
+    steepest = 1 + int(np.argmax(mean[1:12]))  # [bands] the steepest contour is lower
     low, top, high = mean[steepest - 1 : steepest + 2].tolist()
     # between bands by a parabola, so that the border does not jump by a band with the noise
     beyond = (low - high) / (2 * (low - 2 * top + high)) if low + high < 2 * top else 0.0
@@ -159,7 +145,7 @@ def _border(depth: Array, slope: Array) -> float:
 
 
 def _sample(image: Array) -> Array:
-    step = max(1, int(math.sqrt(image.size / _NOISE_SAMPLES)))
+    step = max(1, int(math.sqrt(image.size / 4000)))  # [pixels] enough for the noise
     return np.asarray(image[::step, ::step].ravel())
 
 
@@ -214,10 +200,6 @@ def _pixels(cells: Array, step_px: int, window: tuple[slice, slice]) -> Array:
     return pixels[rows, columns]
 
 
-# [inverse contact radii] Upper end of the wave numbers, where the spectrum of the pressure has
-# decayed
-_LARGEST_WAVE = 60.0
-_WAVES = 6000  # [count] Number of wave numbers
 # [logarithm of the radius over the thickness] Spacing at which the share is calculated; it is
 # interpolated between: the error is below 1e-4
 _NODE = 0.02
@@ -261,7 +243,8 @@ def _share_at(node: int, poisson_ratio: float) -> float:
     """Share at a node, for a layer of unit thickness."""
     from scipy.special import j0
 
-    ka = (np.arange(_WAVES) + 0.5) * (_LARGEST_WAVE / _WAVES)
+    # [inverse contact radii] up to 60, where the spectrum of the pressure has decayed
+    ka = (np.arange(6000) + 0.5) / 100
     pressure = (np.sin(ka) - ka * np.cos(ka)) / ka**3
     layer = Elastomer(1.0, 1.0, poisson_ratio)
     waves = pressure * layer.compliance(ka / np.exp(_NODE * node)).normal * ka

@@ -44,8 +44,6 @@ class DRIFT:
     # [count] Cells of the grid on which frame and reference are compared.
     rows = 24
     columns = 32
-    fewest_samples = 100  # [count] With fewer readable cells no gain is estimated
-    dark_share = 0.02  # [share of the full scale] Cells with a channel at or below it are left out
     # [logarithm of the gain] Larger changes are no drift and are not compensated. Source: by
     # hand, (10 %, ADR 10).
     largest_log_gain = 0.1
@@ -56,9 +54,6 @@ class DRIFT:
     # be applied at all, and fully. Source: by hand, (ADR 10).
     least_share = 0.2
     full_share = 0.35
-    rounds = 3  # [count] Reweightings of the biweight
-    # [sum of weights] Lower bound of the sum of weights, against division by zero.
-    least_weight = 1e-6
 
 
 class LightChange(NamedTuple):
@@ -113,7 +108,7 @@ class ReferenceLevels:
         self._down, self._across = down, across
         self._full_scale = full_scale
         self._undeformed = self._cell_means(reference)
-        self._bright = (self._undeformed > DRIFT.dark_share * full_scale).all(axis=0)
+        self._bright = (self._undeformed > LEVELS.dark_share * full_scale).all(axis=0)
 
     def gains(self, pixels: Array, marker_mask: Array | None = None) -> Array:
         """Estimate each channel's gain in a frame; see :func:`channel_gains`."""
@@ -123,13 +118,13 @@ class ReferenceLevels:
     def change(self, pixels: Array, marker_mask: Array | None = None) -> LightChange | None:
         """Estimate the change of the light in a frame; None if too little of it is readable."""
         quotients = self._quotients(pixels, marker_mask)
-        if quotients.shape[1] < DRIFT.fewest_samples:
+        if quotients.shape[1] < 100:  # [cells] too few for a gain
             return None
         return LightChange(*_undeformed_gain(np.log(quotients)))
 
     def _quotients(self, pixels: Array, marker_mask: Array | None) -> Array:
         """Means of the readable cells over those of the reference, (K, N) float32."""
-        bounds = DRIFT.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
+        bounds = LEVELS.dark_share * self._full_scale, LEVELS.saturation_share * self._full_scale
         means = self._cell_means(pixels)
         readable = (means.min(axis=0) > bounds[0]) & self._bright
         readable &= means.max(axis=0) < bounds[1]
@@ -212,13 +207,13 @@ def _compensate_levels(levels: Array, gains: Array, full_scale: float) -> Array:
 def _undeformed_gain(logs: Array) -> tuple[Array, float]:
     """Gain of (K, N) logarithms, and the share of samples that are consistent with it."""
     gain = shorths(logs)
-    for _ in range(DRIFT.rounds):
+    for _ in range(3):  # [reweightings] of the biweight
         residual = logs - gain[:, None]
         residual *= residual
         square = residual.sum(axis=0)
         square *= -1 / (2 * len(logs) * DRIFT.noise_log**2)
         weight = np.maximum(square + 1, 0)
         weight *= weight
-        gain = logs @ weight / max(float(weight.sum()), DRIFT.least_weight)
+        gain = logs @ weight / max(float(weight.sum()), 1e-6)  # no division by zero
     consistent = np.abs(logs - gain[:, None]).max(axis=0) < 2 * DRIFT.noise_log
     return gain, np.count_nonzero(consistent) / logs.shape[1]

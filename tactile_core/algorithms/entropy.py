@@ -9,21 +9,14 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.errors import InputError
 
-
-class ENTROPY:
-    """Parameters of the displacement entropy."""
-
-    # [mm] Width of a bin of the histogram. It is fixed: with a fixed number of bins the width
-    # would grow with the load, and the entropy with it less. Source: by hand, so that virtual
-    # grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
-    bin_mm = 1 / 256
-    # [px] Larger contacts are subsampled to about this many pixels. Source: by hand, a test
-    # checks that the entropy changes by less than 0.02 bits.
-    enough_pixels = 30_000
+# [mm] Width of a bin of the histogram. It is fixed: with a fixed number of bins the width
+# would grow with the load, and the entropy with it less. Source: by hand, so that virtual
+# grasps reach the entropy of the 2015 paper (``docs/building/slip_curves.py``).
+BIN_MM = 1 / 256
 
 
 def displacement_entropy(
-    displacement_mm: Array, mask: Bool | None = None, *, bin_mm: float = ENTROPY.bin_mm
+    displacement_mm: Array, mask: Bool | None = None, *, bin_mm: float = BIN_MM
 ) -> float:
     """Return the entropy of the displacement's magnitude over the contact, in bits.
 
@@ -66,7 +59,8 @@ def displacement_entropy(
     counted = shape[0] * shape[1] if mask is None else int(np.count_nonzero(mask))
     if not counted:
         return 0.0
-    step = max(1, int(np.sqrt(counted / ENTROPY.enough_pixels)))
+    # [pixels] The entropy changes by less than 0.02 bits
+    step = max(1, int(np.sqrt(counted / 30_000)))
     sampled = None if mask is None else np.ascontiguousarray(mask[::step, ::step])
     magnitude = _magnitude(displacement_mm[::step, ::step]) / np.float32(bin_mm)
     if sampled is not None:

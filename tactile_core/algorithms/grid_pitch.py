@@ -9,21 +9,6 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float64
 
-_SMALLEST_PX = 4.0  # Smallest pitch, px: a camera resolves no second harmonic of a finer pattern
-
-# Fewest periods across the shorter side: with fewer, uneven light looks like a pattern.
-_PERIODS = 3.5
-
-# Least peak over the median spectrum: most gels without markers reach 17, with them 160.
-_CLEAR = 40.0
-
-_ODD = 0.3  # Least of the weaker peak over the other: those of a square pattern are alike
-
-# Standard deviation of the smoothing, pitches: 1e-4 of the neighbouring harmonics is left.
-_SMOOTHING = 0.7
-
-_CHECKS = 0.25  # Second harmonics over the first: checks have 0.11, lines and dots 0.4 and more
-
 _SQUARE = 0.15  # Largest deviation from a square, pitches: that of a hexagonal pattern is 0.5
 
 # Largest error, share: what repeats less evenly is a strongly tilted view or no pattern.
@@ -81,7 +66,8 @@ def measure_pitch(pixels: Array) -> GridPitch | None:
     one, two = (wave.frequency for wave in waves)
     overtones = [_Wave.near(contrast, twice) for twice in (2 * one, 2 * two, one + two, one - two)]
     strength = max(wave.amplitude for wave in overtones) / min(wave.amplitude for wave in waves)
-    side = np.sqrt(0.5) if strength < _CHECKS else 1.0
+    # [ratio of the second harmonics] Checks have 0.11, lines and dots 0.4 and more
+    side = np.sqrt(0.5) if strength < 0.25 else 1.0
     a, b = np.linalg.inv([one, two]).T * side
     lengths = np.array([a * a, b * b, a * b])
     per_px, *_ = np.linalg.lstsq(lengths, np.array([1.0, 1.0, 0.0]), rcond=None)
@@ -101,7 +87,9 @@ def _fundamentals(contrast: Array) -> tuple[Float64, Float64] | None:
     power = np.abs(np.fft.rfft2((contrast - contrast.mean()) * window, s=(size, size)))
     fy, fx = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None, :]
     length = np.hypot(fx, fy)
-    seen = (length > _PERIODS / min(height, width)) & (length < 1 / _SMALLEST_PX)
+    # With fewer periods, uneven light looks like a pattern; of a pitch below 4 px a camera resolves
+    # no second harmonic
+    seen = (length > 3.5 / min(height, width)) & (length < 1 / 4.0)
     power = np.where(seen, power, 0)
     if not power.any():
         return None
@@ -112,7 +100,9 @@ def _fundamentals(contrast: Array) -> tuple[Float64, Float64] | None:
     across = (along < 0.5 * length * np.hypot(*one)) & (ratio > 0.7) & (ratio < 1.4)
     second = np.unravel_index(int(np.where(across, power, 0).argmax()), power.shape)
     two = np.array([fx[0, second[1]], fy[second[0], 0]])
-    least = max(_CLEAR * float(np.median(power[seen])), _ODD * float(power[first]))
+    # [ratio to the median spectrum] Most gels without markers reach 17, with them 160; the weaker
+    # peak of a square pattern is at least 0.3 of the other
+    least = max(40.0 * float(np.median(power[seen])), 0.3 * float(power[first]))
     return (one, two) if power[second] > least else None
 
 
@@ -130,7 +120,7 @@ class _Wave:
         height, width = contrast.shape
         x, y = np.arange(width) - (width - 1) / 2, (np.arange(height) - (height - 1) / 2)[:, None]
         turned = contrast * np.exp(-2j * np.pi * (frequency[0] * x + frequency[1] * y))
-        sigma_px = _SMOOTHING / float(np.hypot(*frequency))
+        sigma_px = 0.7 / float(np.hypot(*frequency))  # [pitches] leaves 1e-4 of a harmonic
         real, imaginary = (
             cv2.GaussianBlur(part.astype(np.float32), (0, 0), sigma_px)
             for part in (turned.real, turned.imag)

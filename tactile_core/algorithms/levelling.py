@@ -18,16 +18,6 @@ from tactile_core.algorithms.arrays.shrinking import coarse_size, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
 from tactile_core.algorithms.gel import THICKNESS_MM
 
-# [count] Approximate number of cells over which heights and slopes are averaged: small enough to
-# see the gel between the balls of a grid; with 300, their heights fade by a fifth while the lights
-# drift (ADR 47)
-_CELLS = 1200
-# [share of the cells] Cells near the median slope that a tilt takes to count as drift: fewer may as
-# well be the flank of a wide object
-_LEAST_CALM_SHARE = 0.3
-# [share of the calm cells] Quantile of their heights that is on the gel: the median of the gel if
-# objects cover 60 % of them
-_GEL_QUANTILE = 0.2
 # [share of the greatest height] Lower cells may be undeformed: half-way between the gel and the top
 # of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47)
 _RAISED_SHARE = 0.5
@@ -38,12 +28,9 @@ _CALM_SLOPE = 0.04
 # weight, since the gel bulges around a contact: on virtual presses and the recordings of ADR 47,
 # which are therefore no independent test of it
 _MARGIN_THICKNESSES = 2.0
-# [gel thicknesses] Length over which an error vanishes in the undeformed part: like
-# ``margin_thicknesses``, between low heights far from contacts (short) and the true bulge next to
-# them (long)
+# [gel thicknesses] Length over which an error vanishes in the undeformed part: like the margin,
+# between low heights far from contacts (short) and the true bulge next to them (long)
 _DECAY_THICKNESSES = 0.75
-_RESIDUAL_SHARE = 1e-3  # [ratio] What the solution may leave of the equation, far below noise
-_ROUNDS = 30  # [count] At most; contacts take 6 to 9
 
 
 class RestPlane(NamedTuple):
@@ -99,7 +86,9 @@ def set_to_rest(
         Thickness of the gel.
     """
     rows, columns = height_mm.shape
-    size = coarse_size(rows, columns, _CELLS)
+    # [cells] Small enough to see the gel between the balls of a grid; with 300 their heights fade
+    # by a fifth while the lights drift (ADR 47)
+    size = coarse_size(rows, columns, 1200)
     cells_mm, across, down = (shrink_image(plane, size) for plane in (height_mm, gx, gy))
     cell_mm = rows / size[1] * mm_per_px, columns / size[0] * mm_per_px
     plane = fit_rest_plane(cells_mm, across, down, cell_mm=cell_mm, drift_slope=drift_slope)
@@ -117,9 +106,9 @@ def fit_rest_plane(
     """Fit a plane to the undeformed gel surface out of contact.
 
     A change of the light biases all slopes in the same direction and tilts the height map as a
-    whole. This tilt, the median slope, counts as drift only if it is below ``drift_slope`` and at
-    least 30 % of the cells have this slope to within ``drift_slope``. Otherwise most of the image
-    is not undeformed, and only the level of its flatter half is estimated.
+    whole. This tilt, the median slope, counts as drift only if it is below ``drift_slope``, and
+    some cells have this slope to within ``drift_slope``. Otherwise most of the image is not
+    undeformed, and only the level of its flatter half is estimated.
 
     An object raises the surface, so the gel is the lowest level of the calm cells, even below an
     object that covers 60 % of them. Next to an object the surface bulges down by at most a third
@@ -138,12 +127,13 @@ def fit_rest_plane(
     """
     tilt = quantile(gx.ravel(), 0.5), quantile(gy.ravel(), 0.5)
     calm = np.hypot(gx - tilt[0], gy - tilt[1]) < drift_slope
-    drifts = hypot(*tilt) < drift_slope and calm.mean() >= _LEAST_CALM_SHARE
+    drifts = hypot(*tilt) < drift_slope and bool(calm.any())
     if not drifts:
         tilt, slope = (0.0, 0.0), np.hypot(gx, gy)
         calm = slope <= quantile(slope.ravel(), 0.5)
     above_mm = cells_mm - RestPlane(0.0, *tilt).heights_mm(cells_mm.shape, cell_mm)
-    low_mm = quantile(above_mm[calm], _GEL_QUANTILE)
+    # [share] The median of the gel if objects cover 60 % of the calm cells
+    low_mm = quantile(above_mm[calm], 0.2)
     gel = calm & (above_mm <= low_mm + _RAISED_SHARE * (above_mm.max() - low_mm))
     if not drifts:
         return RestPlane(float(above_mm[gel].mean()), 0.0, 0.0)
@@ -236,7 +226,8 @@ def solve_screened(source: Array, weight: Array) -> Float64:
         z.
     """
     (down, of_down), (across, of_across) = (_cosines(n) for n in source.shape)
-    inverse = 1 / (np.add.outer(of_down, of_across) + max(weight.mean(), _TINY))
+    # [weight] no division by zero
+    inverse = 1 / (np.add.outer(of_down, of_across) + max(weight.mean(), 1e-9))
 
     def precondition(residual: Float64) -> Float64:
         # for so few cells, products of matrices take a third of the time of fast transforms
@@ -245,8 +236,8 @@ def solve_screened(source: Array, weight: Array) -> Float64:
     z, residual = np.zeros(source.shape), source.astype(np.float64)
     direction = solved = precondition(residual)
     left = float(np.vdot(residual, solved))
-    enough = _RESIDUAL_SHARE**2 * left
-    for _ in range(_ROUNDS):
+    enough = 1e-3**2 * left  # [ratio] far below noise
+    for _ in range(30):  # [rounds] contacts take 6 to 9
         if left <= enough:
             break
         neighbours = cv2.Laplacian(direction, -1, ksize=1, borderType=cv2.BORDER_REPLICATE)
@@ -258,9 +249,6 @@ def solve_screened(source: Array, weight: Array) -> Float64:
         before, left = left, float(np.vdot(residual, solved))
         direction = solved + left / before * direction
     return z
-
-
-_TINY = 1e-9  # keeps the equation of a constant solvable where no cell has a weight
 
 
 @lru_cache(maxsize=16)

@@ -187,16 +187,8 @@ def _mean_over_median(channels: int) -> float:
 Box = tuple[int, int, int, int]
 
 
-_WORKING_PX = 256  # [px] The longer side of the image is reduced to this
-_BLUR_PX = 1.0  # [px] Standard deviation of the smoothing of the reduced image
 _CLOSING_PX = 9  # [px] Side of the closing that bridges markers and dust
 _BRIGHT_PERCENTILE: float = 90  # [percent] Percentile of the brightness that counts as bright
-_DARK_SHARE = 0.2  # [share of the bright level] Pixels up to this are not illuminated
-# [share of a side] The rectangle shrinks until this much of each side is illuminated
-_EDGE_SHARE = 0.9
-# [share of the longer side] If less than this is to be cropped on every side, nothing is
-_LEAST_CROP_SHARE = 0.02
-_LEAST_AREA_SHARE = 0.1  # [share of the image] A smaller rectangle is not the gel surface
 
 
 @dataclass(frozen=True)
@@ -235,16 +227,17 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
     from skimage.measure import label, regionprops  # late: the import takes longer than the rest
 
     height, width = pixels.shape[:2]
-    shrink = max(1.0, max(height, width) / _WORKING_PX)
+    shrink = max(1.0, max(height, width) / 256)  # [px] of the longer side
     size = max(1, round(width / shrink)), max(1, round(height / shrink))
     brightness = pixels if pixels.ndim == 2 else pixels.max(axis=2)
     small = cv2.resize(brightness.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     small = cv2.morphologyEx(
-        cv2.GaussianBlur(small, (0, 0), _BLUR_PX),
+        cv2.GaussianBlur(small, (0, 0), 1.0),
         cv2.MORPH_CLOSE,
         np.ones((_CLOSING_PX,) * 2, np.uint8),
     )
-    lit = small > _DARK_SHARE * np.percentile(small, _BRIGHT_PERCENTILE)
+    # [share of the bright level] darker pixels are not illuminated
+    lit = small > 0.2 * np.percentile(small, _BRIGHT_PERCENTILE)
     labels = label(lit, connectivity=2)
     regions = regionprops(labels)
     if not regions:
@@ -254,7 +247,9 @@ def lit_area(pixels: NDArray[Any]) -> LitArea | None:
     left, top, right, bottom = _shrink_box(surface, largest.bbox)
     crop = max(left, top, size[0] - right, size[1] - bottom)
     share = (right - left) * (bottom - top) / (size[0] * size[1])
-    if crop < _LEAST_CROP_SHARE * max(size) or share < _LEAST_AREA_SHARE:
+    # [shares of the longer side and of the image] So little is not worth cropping; so small a
+    # rectangle is not the gel surface
+    if crop < 0.02 * max(size) or share < 0.1:
         return None
     x0, x1 = (round(v * width / size[0]) for v in (left, right))
     y0, y1 = (round(v * height / size[1]) for v in (top, bottom))
@@ -280,7 +275,7 @@ def _shrink_box(lit: NDArray[np.bool_], bounds: tuple[int, int, int, int]) -> Bo
             "bottom": lit[bottom - 1, left:right].mean(),
         }
         darkest = min(sides, key=lambda side: sides[side])
-        if sides[darkest] >= _EDGE_SHARE:
+        if sides[darkest] >= 0.9:  # [share of a side] the rest is dark
             break
         left += darkest == "left"
         right -= darkest == "right"

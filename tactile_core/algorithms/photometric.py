@@ -15,12 +15,6 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.algorithms.drift import LEVELS
 
-# [count] The image is halved while a neighbourhood is still at least this many cells wide
-_FEWEST_CELLS = 6
-_DIAMETERS = 2  # [marker diameters] Side of the neighbourhood, to which one pixel is added
-# [px] Lower bound of the area that a mean is taken over, against division by zero
-_LEAST_SURFACE_PX = 1e-3
-
 
 def planes_of(pixels: NDArray[Any]) -> list[NDArray[Any]]:
     """Return the channels of an (H, W, K) image as contiguous planes, views where they are."""
@@ -51,9 +45,8 @@ class AroundMarkers:
         # The mean around a marker varies slowly, so a coarser image suffices. Halving is by far
         # the fastest way to make one.
         step = 1
-        while (
-            2 * step * _FEWEST_CELLS <= size_px and rows % (2 * step) == columns % (2 * step) == 0
-        ):
+        # a neighbourhood stays at least six cells wide
+        while 12 * step <= size_px and rows % (2 * step) == columns % (2 * step) == 0:
             step *= 2
         self._coarse = max(1, columns // step), max(1, rows // step)
         self._side = max(3, size_px // step) | 1
@@ -63,7 +56,7 @@ class AroundMarkers:
         """Number of bare pixels in the neighbourhood of each."""
         counts = np.asarray(self._total(self._surface), np.float32)
         counts /= np.float32(255)
-        return np.maximum(counts, np.float32(_LEAST_SURFACE_PX), out=counts)
+        return np.maximum(counts, np.float32(1e-3), out=counts)  # no division by zero
 
     def fill_part(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return (H, W), or up to four channels (H, W, K), with the markers filled; same dtype."""
@@ -91,7 +84,7 @@ def around_markers(marker_mask: NDArray[np.bool_] | None) -> int:
         return 0
     _, _, boxes, _ = cv2.connectedComponentsWithStats(marker_mask.view(np.uint8))
     sides = np.asarray(boxes)[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1]
-    return int(np.median(sides.max(axis=1))) * _DIAMETERS + 1
+    return int(np.median(sides.max(axis=1))) * 2 + 1  # [px] two diameters and a pixel
 
 
 def relative_change(
@@ -127,8 +120,6 @@ def place(shape: tuple[int, int]) -> Float32:
     return np.stack(np.broadcast_arrays(x, y[:, None]), -1).astype(np.float32)
 
 
-# [count] Samples along the shorter side of the image; more add time and no accuracy
-_SAMPLES_ACROSS = 160
 _ROUNDS = 8  # [count] Reweightings at the final degree, and at each degree below it
 _FIRST_ROUNDS = 4
 # [logarithm of intensity] Smallest residual scale of the Cauchy weights: the noise of the coating:
@@ -166,7 +157,7 @@ def smooth_background(
        least-squares", Communications in Statistics – Theory and Methods 6(9), 1977.
     """
     height, width, channels = pixels.shape
-    step = max(1, min(height, width) // _SAMPLES_ACROSS)
+    step = max(1, min(height, width) // 160)  # [samples] more add no accuracy
     x, y = np.meshgrid(np.linspace(-1, 1, width), np.linspace(-1, 1, height))
     powers = terms(np.stack([x.ravel(), y.ravel()], axis=1), degree)
     seen = np.zeros((height, width), bool)

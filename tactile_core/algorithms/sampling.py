@@ -17,14 +17,6 @@ from tactile_core.algorithms.arrays.shrinking import (
 from tactile_core.algorithms.arrays.types import Bool, Float32
 from tactile_core.algorithms.photometric import AroundMarkers, around_markers, bare_mask, planes_of
 
-# [ratio] Standard deviation of the smoothing over the step of the grid. On the recorded three-
-# colour balls the errors of the normals then stay within 0.1° of those at every pixel (ADR 30)
-_SIGMA_PER_STEP = 0.75
-_WINDOW_SIGMAS = 2.5  # [standard deviations] Half the width of the Gaussian window
-# [of 255] A coarse pixel shows the gel surface if at least this share of it is free of markers: one
-# half (ADR 30)
-_BARE_LEVEL = 128
-
 
 @dataclass(frozen=True)
 class Sampling:
@@ -63,7 +55,9 @@ class Sampling:
         blur_px: float,
     ) -> Self:
         """Choose the grid for images of (rows, columns) and about this standard deviation."""
-        step = max(1, int(blur_px / _SIGMA_PER_STEP))
+        # [steps] The errors of the normals of recorded balls stay within 0.1° of those at every
+        # pixel (ADR 30)
+        step = max(1, int(blur_px / 0.75))
         # An average of n pixels has the variance (n² − 1) / 12, linear interpolation n² / 6.
         variance = blur_px**2 - (step**2 - 1) / 12 - (step**2 / 6 if step > 1 else 0)
         remaining = max(0.0, variance) ** 0.5 / step
@@ -130,7 +124,7 @@ class Sampling:
         hidden = marker_mask
         for times in self._factors:
             share, parts = _of_surface(parts, hidden, times)
-            hidden = share < _BARE_LEVEL
+            hidden = share < 128  # [of 255] half of the pixel is free of markers
         around = AroundMarkers(bare_mask(hidden), self.around_px)
         return [self._smooth(around.fill_part(part)) for part in parts]
 
@@ -142,7 +136,7 @@ class Sampling:
     def _smooth(self, part: NDArray[Any]) -> NDArray[Any]:
         if self.blur == 0:
             return part.copy()
-        side = 2 * max(1, round(_WINDOW_SIGMAS * self.blur)) + 1
+        side = 2 * max(1, round(2.5 * self.blur)) + 1  # [sigmas] half of the window
         return np.asarray(cv2.GaussianBlur(part, (side, side), self.blur))
 
 

@@ -23,10 +23,6 @@ class SEQUENCE:
     # [count] Cells of the grid on which exposures are compared.
     rows = 16
     columns = 20
-    # [ratio] An exposure is dark if its brightness relative to the reference is below
-    # ``dark_among`` times the median of all exposures, or below ``dark_alone``.
-    dark_among = 0.5
-    dark_alone = 0.3
     # [share of the full scale] Mean intensity below which an exposure is dark, and offset of the
     # logarithm. Source: one grey level of 8 bits, about 1 / 255.
     dark_share = 0.004
@@ -107,10 +103,10 @@ def faults(seen: Pattern, reference: Pattern | None = None) -> tuple[SequenceFau
     """
     expected = np.ones_like(seen.brightness) if reference is None else reference.brightness
     level = seen.brightness / np.maximum(expected, SEQUENCE.dark_share)
-    dark = level < SEQUENCE.dark_among * np.median(level)
+    dark = level < 0.5 * np.median(level)  # [ratio] among the others
     dark |= seen.brightness < SEQUENCE.dark_share
     if reference is not None:
-        dark |= level < SEQUENCE.dark_alone
+        dark |= level < 0.3  # [ratio] to the reference
     found = [SequenceFault(int(k), None) for k in np.flatnonzero(dark)]
     bright = np.flatnonzero(~dark)
     if reference is not None:
@@ -165,8 +161,6 @@ def _half_width(values: Array) -> Array:
 # Width and height at which images are compared: an imprint still fills some pixels.
 _SIZE_PX = 32, 24
 
-# Least ratio of unrelated images: recorded presses have 0.49 or more, grasps 0.25 or less.
-_UNRELATED = 0.4
 
 _LEAST_CHANGE = 0.006  # Of full scale. Noise and the light change by less, and are unrelated, too.
 
@@ -196,7 +190,7 @@ def are_unrelated(pairs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> bool:
     variance = small.reshape(-1, small[0, 0].size).var(axis=0, ddof=1).mean()
     successive = np.square(small[:, 1] - small[:, 0]).reshape(len(small), -1).mean(axis=1)
     ratio = np.quantile(successive, 0.25) / (2 * variance) if variance > _LEAST_CHANGE**2 else 0.0
-    return bool(ratio > _UNRELATED)
+    return bool(ratio > 0.4)  # [ratio] recorded presses have 0.49 or more, grasps 0.25 or less
 
 
 def _small(image: NDArray[Any]) -> NDArray[np.float32]:
@@ -204,15 +198,6 @@ def _small(image: NDArray[Any]) -> NDArray[np.float32]:
     small = cv2.resize(image, _SIZE_PX, interpolation=cv2.INTER_AREA)
     small = small.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
     return np.asarray(small - np.median(small, axis=(0, 1)), np.float32)
-
-
-_BLUR_PX = 1.0  # Standard deviation of the smoothing, px: noise would sharpen the central peak
-_LEAST_LIGHT = 0.02  # Share of the brightest pixel: the logarithm of darker ones is noise
-
-# Least correlation: two equal imprints have 0.5, single balls on recordings less than this.
-_ALIKE = 0.25
-
-_APART = 1.5  # Least distance, radii of the central peak: closer imprints share their slopes
 
 
 def imprint_distance(pixels: Array, reference: Array) -> tuple[float, float] | None:
@@ -228,11 +213,13 @@ def imprint_distance(pixels: Array, reference: Array) -> tuple[float, float] | N
     (dx, dy) in px, dx not negative, or None
         None without two imprints of the same shape.
     """
-    least = _LEAST_LIGHT * max(float(np.max(reference)), 1e-9)
+    # [share of the brightest] the logarithm of darker pixels is noise
+    least = 0.02 * max(float(np.max(reference)), 1e-9)
     pressed, rest = (
         np.log(np.maximum(np.asarray(image, np.float32), least)) for image in (pixels, reference)
     )
-    change = np.atleast_3d(cv2.GaussianBlur(pressed - rest, (0, 0), _BLUR_PX))
+    # [px] Noise would sharpen the central peak
+    change = np.atleast_3d(cv2.GaussianBlur(pressed - rest, (0, 0), 1.0))
     change = change - np.median(change, axis=(0, 1))
     height, width = change.shape[:2]
     size = (2 * height, 2 * width)
@@ -243,10 +230,12 @@ def imprint_distance(pixels: Array, reference: Array) -> tuple[float, float] | N
     distance = np.hypot(x, y)
     ring = distance.astype(int).ravel()
     profile = np.bincount(ring, alike.ravel()) / np.bincount(ring)
-    far = (distance > _APART * int(np.argmax(profile < 0))) & (x >= 0)
+    # [radii of the central peak] Closer imprints share their slopes
+    far = (distance > 1.5 * int(np.argmax(profile < 0))) & (x >= 0)
     row, column = np.unravel_index(int(np.where(far, alike, -1).argmax()), alike.shape)
     inside = 0 < row < 2 * height - 1 and 0 < column < 2 * width - 1
-    if not inside or alike[row, column] < _ALIKE:
+    # [correlation] two equal imprints have 0.5, single balls less than this
+    if not inside or alike[row, column] < 0.25:
         return None
     across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
     return float(x[row, column] + vertex(across)), float(y[row, column] + vertex(down))

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.regression import ONE_SIGMA
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.colour_table import ColourTable
 from tactile_core.algorithms.drift import LEVELS
@@ -131,27 +132,15 @@ class Sampler:
 class ERRORS:
     """Parameters of the standard deviation of slopes. Nothing sets them from outside."""
 
-    # [share] Share of errors within one standard deviation. The quantile is used instead of the
-    # root mean square, because errors have heavy tails. Source: normal distribution.
-    within_one_std = 0.6827
-    # [count] Bins of the slope, of equal ratio. Source: by hand, errors vary smoothly with the
-    # slope.
-    bins = 18
     # [count] Neighbouring bins are merged until each holds as many pixels. Source: a hundred
     # values give the quantile within a tenth.
     min_samples = 100
-    # [share] Quantile of the slopes other than 0 that counts as the smallest slope that a model
-    # returns. Source: by hand, nearly the smallest, but not a single pixel's.
-    smallest_share = 0.02
     # [mm per mm] All smaller slopes share the lowest bin. Source: a fiftieth of a degree, far
     # below the noise of any sensor.
     least_slope = 3e-4
     # [px] Error of position of a feature of the surface. Where slopes vary, it is an error of
     # slope. Source: ``benchmarks/uncertainty.py`` on virtual indenters other than the ball.
     edge_px = 1.0
-    # [count] Cells along the longer side of the image. Source: by hand, for speed; standard
-    # deviations vary slowly.
-    max_cells = 160
 
 
 def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:
@@ -172,18 +161,21 @@ def error_table(slopes: Array, errors: Array) -> tuple[Float32, Float32]:
     zero = slopes < ERRORS.least_slope
     if ERRORS.min_samples <= np.count_nonzero(zero) < len(slopes):
         # a model that ignores small changes may miss any slope up to the smallest that it returns
-        missed = float(np.quantile(slopes[~zero], ERRORS.smallest_share))
+        # [share] Nearly the smallest slope that the model returns, but not a single pixel's
+        missed = float(np.quantile(slopes[~zero], 0.02))
         errors = np.where(zero[:, None], np.maximum(np.abs(errors), missed), errors)
     order = np.argsort(slopes)
     slopes, size = slopes[order], np.abs(errors[order])
     steepest = max(float(slopes[-1]), 2 * ERRORS.least_slope)
-    edges = np.geomspace(ERRORS.least_slope, steepest, ERRORS.bins)
+    # [bins] errors vary smoothly with the slope
+    edges = np.geomspace(ERRORS.least_slope, steepest, 18)
     starts = [0]
     for start in np.searchsorted(slopes, edges):
         if start - starts[-1] >= ERRORS.min_samples and len(slopes) - start >= ERRORS.min_samples:
             starts.append(int(start))
     bins = [slice(a, b) for a, b in zip(starts, [*starts[1:], len(slopes)], strict=True)]
-    std = [np.quantile(size[one], ERRORS.within_one_std) for one in bins]
+    # not the root mean square, because errors have heavy tails
+    std = [np.quantile(size[one], ONE_SIGMA) for one in bins]
     return (
         np.array([slopes[one].mean() for one in bins], np.float32),
         np.array(std, np.float32),
@@ -212,7 +204,7 @@ def slope_std(
     (h, w) float32
         One value per cell; equal cells tile the image.
     """
-    step = max(1, -(-max(gx.shape) // ERRORS.max_cells))
+    step = max(1, -(-max(gx.shape) // 160))  # [cells] for speed; standard deviations vary slowly
     size = max(1, gx.shape[1] // step), max(1, gx.shape[0] // step)
     # numpy rounds alike wherever an array lies in memory; OpenCV's magnitude does not
     x, y = (cv2.resize(g, size, interpolation=cv2.INTER_NEAREST) for g in (gx, gy))

@@ -22,13 +22,8 @@ from tactile_core.algorithms.slope_cells import SlopeCells
 Model = Callable[[Float32], Float32]
 
 
-# [count] About so many points of an image at which the dependence on the position is added to a
-# table. Chosen on recorded three-colour balls (ADR 6).
-_POINTS = 1_200
-
-_BLOCK = (
-    8_192  # [count] About so many cells are computed together: what a model makes stays in cache
-)
+# [count] About so many cells are computed together: what a model makes stays in cache
+_BLOCK = 8_192
 
 
 class SlopeGrid:
@@ -66,7 +61,8 @@ class SlopeGrid:
         press_light: PressLight | None = None,
     ) -> None:
         self._model, self._table, self._sampling = model, table, sampling
-        points = sampling.shape[0] * sampling.shape[1] if table is None else _POINTS
+        # About so many points suffice on recorded three-colour balls (ADR 6)
+        points = sampling.shape[0] * sampling.shape[1] if table is None else 1_200
         self._coarse = coarse_size(*sampling.shape, points)
         base = np.asarray(sampling.smooth(reference, reference_markers), np.float32)
         floor = np.float32(LEVELS.least_divisor_share * full_scale)

@@ -13,15 +13,6 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, 
 # r²/(2 a²) of the depth within the radius a: this is r = 0.8 a, as for all scores. On thinner gels
 # the pixels are closer to the centre
 _LEAST_HEIGHT = 0.68
-# [percent] Percentiles of the heights that stand for the undeformed surface and for the deepest
-# point: extremes without the outliers of single pixels
-_LEVEL_PERCENTILE = 5.0
-_TOP_PERCENTILE = 99.5
-# [px] Height residuals beyond it lose weight (soft L1): on the scale of the errors of integrated
-# heights
-_RESIDUAL_PX = 0.3
-_FEWEST_PIXELS = 40  # [count] With fewer pixels there is no fit: some ten times the four unknowns
-_MOST_PIXELS = 4000  # [count] At most this many pixels are fitted: limits the time
 
 
 class FittedSphere(NamedTuple):
@@ -64,12 +55,13 @@ def fit_sphere(
     """
     if not near.any():
         return None
-    level, top = np.percentile(height_px[near], (_LEVEL_PERCENTILE, _TOP_PERCENTILE))
+    # [percent] extremes without the outliers of single pixels
+    level, top = np.percentile(height_px[near], (5.0, 99.5))
     contact = _largest_part(near & (height_px > level + _LEAST_HEIGHT * (top - level)))
     rows, columns = np.nonzero(contact)
-    if len(rows) < _FEWEST_PIXELS:
+    if len(rows) < 40:  # [pixels] ten times the four unknowns
         return None
-    step = -(-len(rows) // _MOST_PIXELS)
+    step = -(-len(rows) // 4000)  # [pixels] for speed
     heights = height_px if rest_px is None else height_px - rest_px
     points = np.stack([columns, rows, heights[rows, columns]], 1)[::step]
     return _fit_sphere(points.astype(np.float64))
@@ -102,7 +94,7 @@ def _fit_sphere(points: Float64) -> FittedSphere:
         (0.0, 0.0, float(z.max()), curvature),
         x_scale=(extent, extent, depth, curvature),
         loss="soft_l1",
-        f_scale=_RESIDUAL_PX,
+        f_scale=0.3,  # [px] errors of integrated heights
     ).x
     radius_px = float(1 / found[3]) if found[3] else float("inf")
     return FittedSphere((float(middle[0] + found[0]), float(middle[1] + found[1])), radius_px)

@@ -116,12 +116,9 @@ class Displacement(Estimator):
         return kept
 
 
-class LOAD:
-    """Parameters of the load."""
-
-    # [share of the image's width] Thickness of a gel whose profile does not give it. Source: the
-    # gel of the hexagonal fingertip, 2 mm in a view of 17.67 mm.
-    thickness_share = 0.11
+# [share of the image's width] Thickness of a gel whose profile does not give it. Source: the
+# gel of the hexagonal fingertip, 2 mm in a view of 17.67 mm.
+THICKNESS_SHARE = 0.11
 
 
 class Load(Estimator):
@@ -134,7 +131,7 @@ class Load(Estimator):
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
         image, thickness_mm = context.image, context.gel.thickness_mm
-        self._thickness_px = LOAD.thickness_share * image.width_px
+        self._thickness_px = THICKNESS_SHARE * image.width_px
         if thickness_mm is not None:
             self._thickness_px = thickness_mm / image.mm_per_px
         self._zero = self._last = 0.0

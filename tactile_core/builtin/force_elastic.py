@@ -30,15 +30,6 @@ from tactile_core.quantities.quantity import grid_of
 # [count] Cells over the thickness of the gel, which spreads what a load moves: virtual rigs (ADR
 # 91): twice as many change the force of light balls by 1 %, for four times the cells
 _CELLS_PER_THICKNESS = 4.5
-# [ratio] Size of the periodic grid over that of the view, so that no load meets its own image:
-# virtual rigs: the response of a bonded layer ends within two thicknesses
-_MARGIN = 1.6
-# [count] Samples of a mask along the side of a cell, at least: a border is then right by a
-# hundredth of the cell
-_SAMPLES_PER_CELL = 6.0
-# [N] Standard deviation of the force without contact: a lighter touch is not found: virtual rigs: a
-# ball of 12 mm is found from 0.06 N on
-_UNNOTICED_N = 0.03
 
 
 class ElasticForceOptions(Options):
@@ -90,7 +81,9 @@ class ElasticForce(Estimator):
         per_cell_px = gel.thickness_mm / _CELLS_PER_THICKNESS / image.mm_per_px
         self._size = _cells((image.width_px, image.height_px), per_cell_px)
         self._cell_mm = image.width_px * image.mm_per_px / self._size[0]
-        width_mm, height_mm = (_MARGIN * count * self._cell_mm for count in self._size)
+        # [ratio] No load meets its own image: the response of a bonded layer ends within two
+        # thicknesses
+        width_mm, height_mm = (1.6 * count * self._cell_mm for count in self._size)
         grid = SurfaceGrid.covering(width_mm, height_mm, self._cell_mm)
         self._layer_fit = LayerFit(grid, nominal, self._tolerance)
         self._zero, self._last = np.zeros(4), np.zeros(4)
@@ -125,7 +118,8 @@ class ElasticForce(Estimator):
         rows, columns = measured.contact.shape
         pressure = np.zeros((rows, columns), np.float32)
         shear = np.zeros((rows, columns, 2), np.float32)
-        self._last, variance = np.zeros(4), self._resultant_variance(_UNNOTICED_N)
+        # [N] A lighter touch is not found: a virtual ball of 12 mm is from 0.06 N on
+        self._last, variance = np.zeros(4), self._resultant_variance(0.03)
         if measured.contact.any():
             shares = Shares.from_contact(measured.contact, self._cell_mm)
             fit = self._layer_fit.fit(measured, shares)
@@ -173,7 +167,7 @@ class ElasticForce(Estimator):
 def _shares(mask: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Return the share of each cell, (rows, columns), that is in a mask of the image."""
     per_cell_px = min(whole / part for whole, part in zip(mask.shape[::-1], size, strict=True))
-    step_px = max(1, int(per_cell_px / _SAMPLES_PER_CELL))
+    step_px = max(1, int(per_cell_px / 6.0))  # [samples] a border is right by a hundredth
     samples = mask[step_px // 2 :: step_px, step_px // 2 :: step_px].astype(np.uint8)
     return np.asarray(shrink_image(samples * np.uint8(255), size) / np.float32(255))
 

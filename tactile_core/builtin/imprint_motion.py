@@ -153,14 +153,6 @@ class LossOfContact(Estimator):
         return self._lattice
 
 
-# [count] Normal force in standard deviations below which a ratio says nothing: definition: below
-# that the ratio has no finite mean in practice
-_LEAST_DEVIATIONS = 3.0
-# [share] Standard deviation of a ratio, relative to its size: virtual rigs: errors of shear and
-# normal force (``experiments/elastic_force.py``)
-_RATIO_ERROR = 0.07
-
-
 class FrictionEstimator(Estimator):
     """Measure the coefficient of friction while the contact slips, and the margin while it sticks.
 
@@ -185,11 +177,13 @@ class FrictionEstimator(Estimator):
     def estimate(self, slip: SlipState, wrench: Wrench) -> Friction:
         """Return the friction; nothing without contact or normal force."""
         std_n = wrench.fz_std_n or 0.0
-        if slip.state == "none" or wrench.fz_n <= _LEAST_DEVIATIONS * std_n:
+        # [standard deviations] nearer to 0 the ratio has no mean
+        if slip.state == "none" or wrench.fz_n <= 3.0 * std_n:
             self.reset()
             return Friction(timestamp_s=wrench.timestamp_s)
         ratio = friction_ratio(wrench.fx_n, wrench.fy_n, wrench.fz_n)
-        std = hypot(_RATIO_ERROR * ratio, (wrench.fx_std_n or 0.0) / wrench.fz_n)
+        # [share] of shear and normal force on virtual rigs (``experiments/elastic_force.py``)
+        std = hypot(0.07 * ratio, (wrench.fx_std_n or 0.0) / wrench.fz_n)
         if slip.state == "slip" and slip.kind == "translation":
             self._record = self._record.slipping(ratio, std)
         elif slip.state in ("stick", "incipient"):

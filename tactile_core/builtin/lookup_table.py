@@ -32,21 +32,6 @@ from tactile_core.interfaces.slope_models.samples import (
 from tactile_core.interfaces.slope_models.slope_model import SlopeCalibration, SlopeModel
 from tactile_core.quantities import Float32, Reference
 
-_MOST_SAMPLES = 60_000  # [count] Pixels of the presses that are used
-# [entries] Standard deviation over which samples of neighbouring entries are averaged
-_BLUR_ENTRIES = 1.2
-_WINDOW_SIGMAS = 2.5  # [standard deviations] Half the width of that window
-_LEAST_WEIGHT = 1e-3  # [samples] Entries with less than this weight of samples are interpolated
-_LEAST_DIVISOR = 1e-9  # [samples] Lower bound of the weight in a mean, against division by zero
-# [count] Approximate upper bound of the entries between which the empty ones are interpolated
-_MOST_NODES = 3000
-# [count] The empty ones are interpolated at every 2^halvings-th entry first, and then between: as
-# for all tables (``algorithms/colour_table.py``); on four sets the errors of held-out presses are
-# within 0.1 % of those of every entry (ADR 81)
-_HALVINGS = 2
-_ORDER = 2  # [degree] Degree of the term in colour and position
-_RIDGE = 1e-3  # [per sample] Penalty on its coefficients
-
 
 class LookupTableOptions(SlopeOptions):
     """Options of ``core.lookup_table``."""
@@ -120,10 +105,11 @@ class LookupTableCalibrator(Calibrator):
                 f"use core.mlp or core.polynomial"
             )
         blur_px = self.smoothing_px(scale_of(presses))
-        features, normal_xy = samples_of(presses, reference, blur_px=blur_px, most=_MOST_SAMPLES)
+        # [pixels]
+        features, normal_xy = samples_of(presses, reference, blur_px=blur_px, most=60_000)
         table = _fill_table(features[:, :3], normal_xy, self.options.bins)
         missing = normal_xy - table.nearest(features[:, :3])
-        around = fit_polynomial(features, missing, order=_ORDER, ridge=_RIDGE)
+        around = fit_polynomial(features, missing, order=2, ridge=1e-3)
         function = TableModel(table, around)
         return LookupTable(SlopeModel(function, shape, blur_px, table))
 
@@ -147,21 +133,21 @@ def _fill_table(changes: Float32, normal_xy: Float32, bins: int) -> ColourTable:
         np.add.at(total[k], index, normal_xy[:, k])
     seen = np.argwhere(count > 0)
     # Entries with few samples are noisy; samples of their neighbours have nearly the same colour.
-    blur, window = _BLUR_ENTRIES, _WINDOW_SIGMAS
+    blur, window = 1.2, 2.5  # [entries] standard deviation, and half the window in those
     weight, *sums = (
         gaussian_filter(values, blur, mode="constant", truncate=window)
         for values in (count, *total)
     )
-    mean = np.stack(sums, -1) / np.maximum(weight, _LEAST_DIVISOR)[..., None]
-    full = weight > _LEAST_WEIGHT
-    nodes = seen[:: max(1, len(seen) // _MOST_NODES)]
+    mean = np.stack(sums, -1) / np.maximum(weight, 1e-9)[..., None]  # no division by zero
+    full = weight > 1e-3  # [samples] emptier entries are interpolated
+    nodes = seen[:: max(1, len(seen) // 3000)]  # [entries] for speed
     # Interpolated values vary over the distance of the nodes, so every fourth entry is enough.
-    steps = 2**_HALVINGS * np.arange(coarse_count(bins, _HALVINGS))
+    steps = 2**TABLE.halvings * np.arange(coarse_count(bins, TABLE.halvings))
     places = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1)
     found = LinearNDInterpolator(nodes, mean[tuple(nodes.T)])(places)
     outside = ~np.isfinite(found[..., 0])
     found[outside] = NearestNDInterpolator(nodes, mean[tuple(nodes.T)])(places[outside])
-    entries = refine_table(as_complex(found.astype(np.float32)), bins, _HALVINGS)
+    entries = refine_table(as_complex(found.astype(np.float32)), bins, TABLE.halvings)
     return ColourTable(axis, np.where(full, as_complex(mean.astype(np.float32)), entries))
 
 

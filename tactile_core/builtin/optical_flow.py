@@ -33,12 +33,6 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.quantity import grid_of
 
-# [gel thicknesses] Standard deviation of the Gaussian that extrapolates the motion around the
-# imprint: a bonded layer decays within about one thickness
-_REACH_THICKNESSES = 0.5
-# [share of the image] Mean change of the texture weight after which a new key frame is taken
-_CHANGED_WEIGHT = 0.02
-
 
 class OpticalFlow(Estimator):
     """Track the imprint of the object by dense optical flow between key frames.
@@ -102,7 +96,8 @@ class OpticalFlow(Estimator):
             self._key_px = self._since_px = np.zeros((*now.weight.shape, 2), np.float32)
             return self._key_px
         thickness_mm = self.context.gel.thickness_mm or THICKNESS_MM
-        reach_px = _REACH_THICKNESSES * thickness_mm / (factor * self.context.image.mm_per_px)
+        # [thicknesses] A bonded layer decays within about one
+        reach_px = 0.5 * thickness_mm / (factor * self.context.image.mm_per_px)
         both = np.minimum(key.weight, now.weight)
         since = flow.fill_untextured(flow.motion(key, now, self._since_px), both, reach_px=reach_px)
         moved = flow.fill_untextured(
@@ -111,7 +106,8 @@ class OpticalFlow(Estimator):
         self._since_px = since
         farthest = float(np.abs(since[both > 0.5]).max(initial=0.0))
         changed = float(np.abs(now.weight - key.weight).mean())
-        if farthest * factor > self._stride_px or changed > _CHANGED_WEIGHT:
+        # [share of the image] Mean change of the texture's weight
+        if farthest * factor > self._stride_px or changed > 0.02:
             self._key, self._key_px, self._since_px = now, moved, np.zeros_like(since)
         return moved
 
@@ -121,10 +117,6 @@ class OpticalFlow(Estimator):
             found = flow.detail(np.asarray(reference.pixels, np.float32), reference.full_scale)
             kept = self._undeformed = reference, found
         return kept[1]
-
-
-# Grid points with a valid displacement that are needed to ignore the others.
-_MIN_VALID_POINTS = 12
 
 
 class _Observation(NamedTuple):
@@ -201,7 +193,7 @@ class ShearOfContact(Estimator):
         measured = mask & valid
         self._last = _Observation(
             coarse_field(displacement.cells_mm, displacement.valid.shape, self._stride),
-            measured if np.count_nonzero(measured) >= _MIN_VALID_POINTS else mask,
+            measured if np.count_nonzero(measured) >= 12 else mask,  # [points]
             ContactLoad(contact.area, contact.depth),
             time_s,
         )

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _APPLICATION = "tactile-core"
 _LOOPBACK = "127.0.0.1"
-_MM_PER_METRE = 1000.0
 _PATIENCE_S = 2.0  # Longest wait for a viewer, s
 
 
@@ -102,7 +101,7 @@ class RerunLog(Sink):
     def _log_quantity(self, quantity: Quantity) -> None:
         kind = type(quantity).__name__
         if isinstance(quantity, HeightMap):
-            image = self._rerun.DepthImage(quantity.mm, meter=_MM_PER_METRE)
+            image = self._rerun.DepthImage(quantity.mm, meter=1000.0)  # [mm/m]
             self._log("height", image, "mm", ("y", "x"))
         for field in fields_of(type(quantity)):
             value = getattr(quantity, field.name)

@@ -219,4 +219,5 @@ class Slip(Estimator):
         if not tracked:
             return _Verdict(shear.degree, shear.degree)
         decisive = 1.0 if evidence >= 1 else min(shear.degree, self._warning_only)
-        return _Verdict(decisive, max(FUSION.unknown_contact_weight * shear.degree, of_imprint))
+        # the field ranks recorded lifts wrongly where contact and load are unknown (ADR 29)
+        return _Verdict(decisive, of_imprint)

@@ -36,22 +36,9 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.quantity import Grid, grid_of, on_demand
 
-# [mm] Median displacement above which an object without visible border fills the view
-_SHEARED_MM = 0.04
-_MIN_SLOPE = 0.03  # [mm per mm] Minimum slope of the height map at the border of a contact
-_CLEAR_SLOPE = 0.1  # [mm per mm] Slope above which the height map alone shows a contact
-# [share of the slope] The height map is used while the slope stays above this share of its last
-# value with a contact
-_SLOPE_DROP = 0.5
-_MIN_CHANGE = 0.015  # [share of full scale] Minimum change of light at the border of a contact
-# [noise sigmas] The same relative to the noise of the reference; the larger of both applies
-_CHANGE_NOISES = 5.0
 # [share of the view's border] A contact that covers more of the border is taken from the
 # displacement instead: chosen on virtual contacts (ADR 31)
 _MAX_BORDER_SHARE = 0.5
-# [marker radii] Radius around a marker in which the change of light is ignored: it includes the
-# blurred edge of a marker
-_MARKER_RADII = 1.6
 
 
 class _Touch(NamedTuple):
@@ -73,7 +60,8 @@ class SlipContactFinder(Estimator):
         self._spacing_mm = self._stride * context.image.mm_per_px
         finder = None if context.gel.markers == "auto" else MarkerFinder.for_gel(context)
         marker_px = 0.0 if finder is None else finder.diameter_px
-        self._marker_radius = 0.5 * _MARKER_RADII * marker_px / self._stride
+        # [marker diameters] with the blurred edge of a marker
+        self._marker_radius = 0.8 * marker_px / self._stride
         self._undeformed: tuple[Reference, Float32] | None = None
         self.reset()
 
@@ -107,7 +95,6 @@ class SlipContactFinder(Estimator):
     def _release(self) -> None:
         """Forget the present contact."""
         self._sheared: Bool | None = None
-        self._slope = 0.0
 
     def _find(
         self,
@@ -151,7 +138,6 @@ class SlipContactFinder(Estimator):
         Slopes are more reliable than heights. Around wide or shallow contacts the surface is drawn
         down, so the mask misses the border or flickers.
         """
-        mask: Bool | None = None
         if height is not None:
             grid = grid_of(height, "mm")
             steep, slope = steepness_of(
@@ -161,16 +147,13 @@ class SlipContactFinder(Estimator):
                 self._stride,
                 spacing_mm=self._spacing_mm,
             )
-            clear = slope > _CLEAR_SLOPE
-            mask = None if clear else pick_pixels(contact.mask, self._stride)
-            if mask is None or np.count_nonzero(mask):
-                self._slope = slope
-            if self._slope and slope >= _SLOPE_DROP * self._slope:
-                within = contact_within_ring(steep, _MIN_SLOPE, slope)
+            # [slope] the height map alone shows a contact
+            if slope > 0.1 or contact.mask.any():
+                within = contact_within_ring(steep, 0.03, slope)  # [slope] at any border
                 if np.count_nonzero(within):
                     self._measured_once = True
                     return _Touch(within, ContactLoad(0.0, math.sqrt(steep.sum())), "height")
-        mask = pick_pixels(contact.mask, self._stride) if mask is None else mask
+        mask = pick_pixels(contact.mask, self._stride)
         self._measured_once |= bool(mask.any())
         return _Touch(mask, ContactLoad(float(np.count_nonzero(contact.mask)), 0.0), "height")
 
@@ -187,7 +170,8 @@ class SlipContactFinder(Estimator):
             self._undeformed = reference, small
         now = small_image(frame.pixels, size_px, frame.full_scale)
         change = light_change(now, self._undeformed[1], self._mask_markers(markers, shape))
-        least = max(_MIN_CHANGE, _CHANGE_NOISES * reference.noise / reference.full_scale)
+        # [share of the full scale; noise sigmas] the change of light at any border
+        least = max(0.015, 5.0 * reference.noise / reference.full_scale)
         # shear changes the light of a contact by more than its volume
         load = ContactLoad(0.0, math.sqrt(change.sum()))
         mask = contact_within_ring(change, least)
@@ -205,4 +189,5 @@ class SlipContactFinder(Estimator):
 
 def _fills_view(moved_mm: Float32) -> bool:
     """Whether an object larger than the view, which has no visible border, shears the surface."""
-    return quantile(moved_mm.ravel(), 0.5) > _SHEARED_MM
+    # [mm] an object without visible border fills the view
+    return quantile(moved_mm.ravel(), 0.5) > 0.04

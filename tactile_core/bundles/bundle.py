@@ -33,10 +33,6 @@ from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 
-SCALE_TOLERANCE = 0.01  # Scales of input and bundle may differ by this share
-
-_PATIENCE_S = 30.0  # Time for which a bundle that is replaced while it is read is read again
-
 # Classes of the artefacts that the core uses itself.
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
 
@@ -137,7 +133,7 @@ class Bundle:
             The folder is not a bundle, is damaged, or has the format of another version.
         """
         directory = Path(directory)
-        end_s = monotonic() + _PATIENCE_S
+        end_s = monotonic() + 30.0  # [s] a bundle that is replaced meanwhile is read again
         while monotonic() < end_s:
             before = _identity(directory)
             try:
@@ -184,7 +180,8 @@ class Bundle:
                     f"the bundle was made for {what} {_plain(ours)}, not {_plain(theirs)}; "
                     f"use the bundle of this sensor or run 'tactile calibrate'"
                 )
-        if abs(image.mm_per_px / mine.mm_per_px - 1) > SCALE_TOLERANCE:
+        # [share] measured scales differ by as much
+        if abs(image.mm_per_px / mine.mm_per_px - 1) > 0.01:
             raise CalibrationError(
                 f"the bundle was made at {mine.mm_per_px:g} mm per pixel and this input has "
                 f"{image.mm_per_px:g}; calibrate at the scale of the input"

@@ -18,8 +18,6 @@ from tactile_core.quantities import Reference
 
 DeviceKind = Literal["camera", "light_driver"]  # Kinds of devices that a unit has one of each
 
-_LARGEST_BYTES = 1 << 20  # A larger file is no list of claims
-
 
 class _Stored(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -106,7 +104,8 @@ def read_claims(path: Path | None = None) -> Claims:
     if not path.exists():
         return Claims()
     try:
-        return Claims.model_validate_json(read_text(path, _LARGEST_BYTES))
+        # [bytes] a larger file is no list of claims
+        return Claims.model_validate_json(read_text(path, 1 << 20))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))

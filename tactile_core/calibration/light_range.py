@@ -20,8 +20,6 @@ from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
-FIRST_ORDER = 0.4  # Largest logarithm of a change of intensity that counts as linear in the slope
-
 
 def light_range(surfaces: Sequence[TargetSurface], reference: Reference) -> LightRange | None:
     """Measure it; None with fewer than three channels, where a tilt may cause any change."""
@@ -58,7 +56,7 @@ def _response(surfaces: Sequence[TargetSurface], reference: Reference) -> Array:
             for image in (surface.frame.pixels, reference.pixels)
         )
         change = np.log(seen / before)
-        linear = np.abs(change).max(axis=1) < FIRST_ORDER
+        linear = np.abs(change).max(axis=1) < 0.4  # linear in the slope
         slopes.append(np.column_stack([sample.gradients, np.ones(len(change))])[linear])
         changes.append(change[linear])
     fit, *_ = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(changes), rcond=None)

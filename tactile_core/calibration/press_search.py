@@ -155,9 +155,6 @@ def _starts(presses: Sequence[FoundPress]) -> list[Start]:
 class TARGET:
     """Plausibility limits of balls and labels. Nothing sets them from outside: they catch typos."""
 
-    # [ratio] ``--ball-diameter-mm`` and the target's radius may differ by this share. Source: the
-    # tolerance of all scales, as for bundles (``bundles/bundle.py``).
-    ball_tolerance = 0.01
     # [mm] Larger diameters are refused. Source: by hand, far beyond any tactile sensor.
     largest_ball_mm = 1000.0
     # [ball radii] Largest radius of a labelled circle. Circles drawn by hand include the dark rim

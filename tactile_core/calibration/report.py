@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 _USED, _LEFT_OUT, _AXIS, _DOT = (70, 220, 120), (240, 90, 80), (150, 158, 165), (40, 90, 170)
 
 
-class REPORT:
-    """Layout of the report. Nothing sets it from outside: it changes no result."""
-
-    # [px] Side of a scatter plot, and margin around it.
-    plot_px = 320
-    margin_px = 34
-    picture_px = 240  # [px] Height of a press's picture
+_PICTURE_PX = 240  # [px] Height of a press's picture
 
 
 def write_report(
@@ -139,7 +133,7 @@ def _caption(press: TargetSurface, sphere: MeasuredSphere | None) -> str:
 
 def scatter(true: np.ndarray, measured: np.ndarray, low: float, high: float) -> Rgb:
     """Plot measured values (vertical) against true ones (horizontal) between two bounds."""
-    plot_px, margin_px = REPORT.plot_px, REPORT.margin_px
+    plot_px, margin_px = 320, 34
     canvas = np.full((plot_px + 2 * margin_px,) * 2 + (3,), 255, np.uint8)
     first, last = margin_px, margin_px + plot_px
 
@@ -162,7 +156,7 @@ def _overlay(presses: Sequence[TargetSurface]) -> Rgb:
     picture = _rgb(presses[0])
     # [px] Height of a picture of several balls. Source: by hand, each ball is then large enough to
     # see.
-    scale = (960 if len(presses) > 1 else REPORT.picture_px) / picture.shape[0]
+    scale = (960 if len(presses) > 1 else _PICTURE_PX) / picture.shape[0]
     size = round(picture.shape[1] * scale), round(picture.shape[0] * scale)
     shrinks = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
     picture = np.asarray(cv2.resize(picture, size, interpolation=shrinks), np.uint8)
@@ -184,7 +178,7 @@ def _coverage(presses: list[TargetSurface]) -> Rgb:
         count += press.area()
     shades = (255 * count / max(count.max(), 1)).astype(np.uint8)
     picture = cv2.applyColorMap(shades, cv2.COLORMAP_VIRIDIS)[..., ::-1]
-    factor = REPORT.picture_px / picture.shape[0]
+    factor = _PICTURE_PX / picture.shape[0]
     return np.asarray(
         cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST), np.uint8
     )

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.regression import ONE_SIGMA
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson.errors import height_std
-from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
+from tactile_core.algorithms.slope_field import error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.interfaces.slope_errors import SlopeErrors
@@ -198,7 +199,7 @@ def fitted_errors(surfaces: Iterable[HeldOutSurface]) -> SlopeErrors | None:
     true = np.concatenate([surface.truth.gradients for surface in surfaces])
     slopes, std = error_table(np.hypot(found[:, 0], found[:, 1]), found - true)
     gains = [gain for surface in surfaces if (gain := _gain(surface)) is not None]
-    gain_std = float(np.quantile(np.abs(np.subtract(gains, 1)), ERRORS.within_one_std))
+    gain_std = float(np.quantile(np.abs(np.subtract(gains, 1)), ONE_SIGMA))
     return SlopeErrors(slopes, std, gain_std, _correlation_mm(surfaces, slopes, std))
 
 
@@ -244,4 +245,4 @@ def _correlation_mm(surfaces: list[HeldOutSurface], slopes: Float32, std: Float3
         ratios = np.concatenate(contact)
     if not len(ratios):
         return assumed_mm
-    return assumed_mm * float(np.quantile(ratios, ERRORS.within_one_std))
+    return assumed_mm * float(np.quantile(ratios, ONE_SIGMA))

@@ -96,11 +96,8 @@ def left_out_size_ratio(ratios: Sequence[Sequence[float] | None]) -> float | Non
     return max(medians, key=lambda ratio: abs(ratio - 1))
 
 
-class SCORING:
-    """Parameters of the cross-validation. Nothing sets them, so that scores stay comparable."""
-
-    # [count] Folds of the cross-validation, at most. Source: by hand, the usual number of folds.
-    folds = 5
+# [count] Folds of the cross-validation, at most. Source: by hand, the usual number of folds.
+FOLDS = 5
 
 
 class HeldOut(NamedTuple):
@@ -155,7 +152,7 @@ class CrossValidation:
         used, count = trials.used, len(trials.surfaces)
         if len(used) < 2:
             return cls(trials, [], [])
-        folds = min(SCORING.folds, count)
+        folds = min(FOLDS, count)
         ranges = [range(fold, count, folds) for fold in range(folds)]
         return cls(trials, ranges, sizes_of(trials))
 

@@ -295,7 +295,7 @@ def _on_target(
     check_ball(2 * grid.radius_mm, profile)
     if ball_diameter_mm is not None:
         off = abs(ball_diameter_mm / (2 * grid.radius_mm) - 1)
-        if off > TARGET.ball_tolerance:
+        if off > 0.01:  # [ratio] the tolerance of all scales
             raise InputError(
                 f"{target} describes a ball of {2 * grid.radius_mm:g} mm, but --ball-diameter-mm "
                 f"is {ball_diameter_mm:g}; leave the option out or correct it"

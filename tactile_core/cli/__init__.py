@@ -21,9 +21,6 @@ _ENVIRONMENT = {
 }
 
 
-_LINGER_S = 2.0  # Time that threads have to end after a command
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit.
 
@@ -59,7 +56,7 @@ def _abandon_threads(code: int) -> None:
         if one is not threading.main_thread()
         and not (one.daemon or one.name.startswith("ThreadPoolExecutor"))
     ]
-    until_s = monotonic() + _LINGER_S
+    until_s = monotonic() + 2.0  # [s] threads end meanwhile
     for thread in started:
         thread.join(max(0.0, until_s - monotonic()))
     left = [thread.name for thread in started if thread.is_alive()]

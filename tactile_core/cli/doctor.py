@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from tactile_core.pipeline.examination import Check
     from tactile_core.pipeline.health import Health
 
-EVERY_S = 1.0  # Time between two lines of `--watch`
-
 
 def doctor(
     profile: Annotated[str | None, typer.Argument(help="A profile to examine as well.")] = None,
@@ -90,7 +88,7 @@ def _watch(profile: str, options: dict[str, Any], as_json: bool) -> None:
         last, shown_s = None, float("-inf")
         for reading in sensor.stream():
             last = reading
-            if monotonic() - shown_s >= EVERY_S:
+            if monotonic() - shown_s >= 1.0:  # [s] between two lines of `--watch`
                 show(reading, sensor.health())
                 last, shown_s = None, monotonic()
         if last is not None:

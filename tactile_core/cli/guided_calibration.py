@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from tactile_core.profiles.model import Profile
 
 
-# Frames before the reference: time to take the hand away, and for the camera to settle.
-SETTLING_FRAMES = 15
-
-
 def calibrate_live(
     profile: str,
     out: Path,
@@ -62,7 +58,8 @@ def calibrate_live(
     ).open() as sensor:
         if reference is None:
             print_message("Keep your hands off the gel: the reference is taken.")
-            for _ in range(SETTLING_FRAMES if sensor.is_live else 0):
+            # [frames] time to take the hand away, and for the camera to settle
+            for _ in range(15 if sensor.is_live else 0):
                 sensor.acquire()
             sensor.capture_reference()
         undeformed = sensor.pipeline.reference

@@ -165,9 +165,6 @@ def table_lines(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[st
     ]
 
 
-PATIENCE_S = 1.0  # Time before the bar appears, s
-
-
 class Bar:
     """A :class:`tactile_core.interfaces.calibrator.Progress` that draws on stderr."""
 
@@ -196,7 +193,8 @@ class Bar:
 
     def fraction(self, done: float) -> None:
         """Set the completed fraction of the current stage, 0..1."""
-        if self._bar is None and sys.stderr.isatty() and monotonic() - self._start > PATIENCE_S:
+        # [s] short work needs no bar
+        if self._bar is None and sys.stderr.isatty() and monotonic() - self._start > 1.0:
             self._begin()
         if self._bar is not None:
             self._bar.update(

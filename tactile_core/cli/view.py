@@ -12,8 +12,6 @@ from tactile_core.cli.options import GelName, Script, TimeoutS
 from tactile_core.cli.output import print_data, print_message
 from tactile_core.cli.signals import interrupt_ends
 
-PORT = 8750
-
 
 def view(
     profile: Annotated[
@@ -54,7 +52,7 @@ def view(
     ] = "127.0.0.1",
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of the page; 0 chooses a free one.")
-    ] = PORT,
+    ] = 8750,
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Only print the address of the page.")
     ] = False,

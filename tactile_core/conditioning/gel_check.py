@@ -29,14 +29,9 @@ SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 
 FLOOR = 0.004  # Logarithm of intensity that noise and rounding leave in a smooth field
 
-BLACK = 0.12  # Share of the reference's readable cells that may be dark in every channel
 
 # Share of what a constant leaves that a change of the light explains; a wide contact does not.
 EXPLAINED = 0.25
-
-EXPLAINED_CELLS = 0.08  # Share of the cells that is enough, however many a constant leaves
-
-UNSEEN_READABLE = 0.5  # Share of the reference's readable cells that a frame must show
 
 
 @dataclass(frozen=True)
@@ -100,9 +95,10 @@ class GelCheck:
         seen, shown = np.count_nonzero(look.seen), np.count_nonzero(both)
         if seen < FEWEST_CELLS:  # a few pixels cannot be compared, a black reference is none
             return "unknown" if self.light is not None and len(look.seen) >= FEWEST_CELLS else None
-        if shown < max(FEWEST_CELLS, UNSEEN_READABLE * seen):
+        if shown < max(FEWEST_CELLS, 0.5 * seen):  # [share of the reference's readable cells]
             return "unknown"
-        if shown < seen and np.count_nonzero(look.cells.black(log) & look.seen) > BLACK * seen:
+        # [share of the reference's readable cells] dark in every channel
+        if shown < seen and np.count_nonzero(look.cells.black(log) & look.seen) > 0.12 * seen:
             return "unknown"
         found: Cause | None = look.cause(log, readable, change, MARGIN)
         if found is None and self._beyond is not None and not self._unsuspicious(change):
@@ -162,7 +158,8 @@ class GelCheck:
     def _of_light(self, found: LightField) -> Cause | None:
         ramp, field, least = self._limits
         changed = found.ramp > ramp or found.field > field
-        explained = min(EXPLAINED * (1 - found.level), EXPLAINED_CELLS)
+        # [share of the cells] enough, however many a constant leaves
+        explained = min(EXPLAINED * (1 - found.level), 0.08)
         if changed and found.cubic > found.level + explained:
             return "one_sided_light" if found.linear > found.cubic - 0.04 else "another_unit"
         return "unknown" if found.cubic < least else None

@@ -21,9 +21,6 @@ from tactile_core.errors import InputError
 # `new`: not yet moved to its final path. `old`: may contain what was replaced.
 State = Literal["new", "old"]
 
-# Longest file name that a temporary name includes, bytes; file systems allow 255 in all.
-_MAX_LABEL_BYTES = 150
-
 # A temporary name: final name, machine, process number, random digits and state.
 _NAME = re.compile(
     r"\.(?P<label>.+)\.tactile-(?P<where>[0-9a-f]{8})-(?P<pid>[0-9]{1,9})-[0-9a-f]{8}"
@@ -76,7 +73,8 @@ def _find_abandoned(folder: Path) -> Iterator[tuple[Path, re.Match[str]]]:
 def _label(path: Path) -> str:
     """Return the name, or a fingerprint of a name that is too long."""
     name = os.fsencode(path.name)
-    return path.name if len(name) <= _MAX_LABEL_BYTES else hashlib.sha256(name).hexdigest()
+    # [bytes] File systems allow 255 in all
+    return path.name if len(name) <= 150 else hashlib.sha256(name).hexdigest()
 
 
 def _runs(pid: int) -> bool:

@@ -28,8 +28,6 @@ _UNSUPPORTED = frozenset({errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM
 # Errors of renaming a folder to a folder that is not empty.
 _OCCUPIED = frozenset({errno.ENOTEMPTY, errno.EEXIST})
 
-_ATTEMPTS = 100  # Attempts to replace a folder that other processes replace at the same time, count
-
 
 def make_folder(folder: Path) -> None:
     """Create a folder and its parents unless they exist.
@@ -121,7 +119,7 @@ def replace_folder(fresh: Path, place: Path, files_of: FilesOf) -> None:
     OSError
         A folder cannot be renamed; the message names the old folder's path if it has changed.
     """
-    for _ in range(_ATTEMPTS):
+    for _ in range(100):  # [count] Other processes may replace it at the same time
         with suppress(FileExistsError):
             move_in(fresh, place)
             break

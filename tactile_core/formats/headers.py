@@ -23,9 +23,6 @@ _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 1, 6: 3}
 
 _JPEG = b"\xff\xd8\xff"  # First bytes of a JPEG
 
-# JPEG markers of a frame header ("start of frame").
-_SOF = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-
 _SOS = 0xDA  # JPEG marker before the compressed data ("start of scan")
 
 _PNM = re.compile(rb"P[1-6](?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))(?:\s+(?:#[^\n]*\n\s*)*(\d{1,9}))")
@@ -37,8 +34,6 @@ _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _TIFF_TYPES = {3: "H", 4: "I"}  # Integer types of TIFF fields, as struct writes them
 
 _WIDTH, _HEIGHT = 256, 257  # Tags of the TIFF fields that are read
-
-_ORIENTATION = 274  # Tag of the TIFF field that says how to turn the image
 
 
 @dataclass(frozen=True)
@@ -125,7 +120,8 @@ def _png_chunks(data: memoryview) -> Iterator[tuple[bytes, int, int]]:
 
 def _jpeg(data: bytes) -> Header | None:
     for marker, at in _jpeg_segments(data):
-        if marker in _SOF and at + 10 <= len(data):
+        starts_frame = marker & 0xF0 == 0xC0 and marker not in (0xC4, 0xC8, 0xCC)
+        if starts_frame and at + 10 <= len(data):
             height, width = struct.unpack_from(">HH", data, at + 5)
             return Header(width, height, 1 if data[at + 9] == 1 else 3, 8)
     return None
@@ -174,7 +170,7 @@ def without_orientation(data: bytes) -> bytes:
         return data
     changed = bytearray(data)
     for entry in _tiff_entries(data):
-        if struct.unpack_from(f"{order}HH", data, entry) == (_ORIENTATION, 3):
+        if struct.unpack_from(f"{order}HH", data, entry) == (274, 3):  # tag: how to turn the image
             struct.pack_into(f"{order}H", changed, entry + 8, 1)
     return bytes(changed)
 

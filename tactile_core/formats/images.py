@@ -31,8 +31,6 @@ IMAGE_SUFFIXES = frozenset(
 # Values of `OPENCV_LOG_LEVEL` that switch OpenCV's log off.
 _SILENT = frozenset({"OFF", "SILENT", "0"})
 
-_HEADER_BYTES = 1 << 16  # Bytes that are read to find the header; metadata can precede it
-
 # Held while stderr is redirected: it belongs to the whole process, and cameras read in threads.
 _STDERR = Lock()
 
@@ -81,7 +79,7 @@ def image_kind(path: Path) -> ImageKind:
         The file is missing or not an image.
     """
     path = Path(path)
-    found = header(read_start(path, _HEADER_BYTES))
+    found = header(read_start(path, 1 << 16))  # [bytes] metadata can precede the header
     if found is None or not found.channels:
         return ImageKind.from_pixels(read_image(path))
     _check(str(path), found)

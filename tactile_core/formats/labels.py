@@ -95,7 +95,6 @@ def _check_circle(
 
 
 _COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")
-_GRAVITY_M_S2 = 9.80665  # Standard acceleration of gravity, m/s²
 
 Key = Literal["frame", "file", "time_s"]
 
@@ -182,7 +181,7 @@ def read_weights(path: Path) -> ForceTable:
     masses_g = [finite_number(cells["mass_g"], "mass_g", where) for where, cells in lines]
     if min(masses_g) < 0:
         raise InputError(f"{path}: a mass is negative; give masses in grams")
-    forces[:, 2] = np.array(masses_g) * 1e-3 * _GRAVITY_M_S2
+    forces[:, 2] = np.array(masses_g) * 1e-3 * 9.80665  # [m/s²] standard gravity
     return _table(path, "file", names, forces, [""] * len(names))
 
 

@@ -21,9 +21,6 @@ from tactile_core.quantities import Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.quantity import Guard, pass_errors
 
-# Largest array, bytes; more than three float32 values for each pixel of the largest image.
-MAX_ARRAY_BYTES = 1 << 30
-
 
 def write_npz(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
     """Write named arrays atomically.
@@ -107,7 +104,8 @@ def npz_arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
 
 def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
     """Reject an array whose header claims more memory than the entry stores."""
-    if entry.file_size > MAX_ARRAY_BYTES:
+    # [bytes] Three float32 for each pixel of the largest image are fewer
+    if entry.file_size > (1 << 30):
         raise ValueError(f"{printable(entry.filename)} has {entry.file_size / 1e9:.3g} GB")
     with archive.open(entry) as file:
         version = np.lib.format.read_magic(file)
@@ -120,9 +118,6 @@ def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
 
 def _first_line(error: Exception) -> str:
     return printable(str(error).splitlines()[0] if str(error) else type(error).__name__)
-
-
-_TOP = 65535  # Largest 16-bit value
 
 
 def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
@@ -141,7 +136,7 @@ def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
     OSError
         The disk is full or not writable; no partial file remains.
     """
-    codes = np.rint((np.clip(normals, -1, 1) + 1) * (_TOP / 2)).astype(np.uint16)
+    codes = np.rint((np.clip(normals, -1, 1) + 1) * (65535 / 2)).astype(np.uint16)  # 16 bits
     write_png(path, codes)
 
 

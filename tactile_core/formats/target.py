@@ -14,10 +14,6 @@ from tactile_core.errors import InputError
 from tactile_core.formats.text import number, shorten_repr
 from tactile_core.formats.yaml_tree import read_mapping
 
-_RESOLUTION_TOLERANCE = 0.05  # Largest relative deviation of a scale from a binning factor
-
-_MAX_BINNING = 1e3  # Largest factor between the resolutions of a target and of an image
-
 _MAX_CIRCLES = 10_000  # Largest number of circles in a file, count
 
 _MAX_MM = 1000.0  # Largest radius and pitch of the balls, mm
@@ -58,11 +54,11 @@ class BallGrid:
         if self.mm_per_px is None:
             return self
         ratio = mm_per_px / self.mm_per_px
-        possible = 1 / _MAX_BINNING < ratio < _MAX_BINNING
+        possible = 1e-3 < ratio < 1e3  # [ratio] no camera bins more
         factor = 1.0
         if possible:
             factor = float(round(ratio)) if ratio > 1 else 1 / round(1 / ratio)
-        if not possible or abs(ratio / factor - 1) > _RESOLUTION_TOLERANCE:
+        if not possible or abs(ratio / factor - 1) > 0.05:  # [ratio] off a binning factor
             raise InputError(
                 f"the target's balls are drawn at {self.mm_per_px:.4g} mm per pixel, but the image "
                 f"has {mm_per_px:.4g}; give the target of this image, or correct 'mm_per_px'"

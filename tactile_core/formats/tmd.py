@@ -19,8 +19,6 @@ _SIZES = struct.Struct("<II4f")  # Columns, rows, lengths and offsets
 
 _MAX_COMMENT_BYTES = 4096  # Length of the comment including its NUL, bytes
 
-_SQUARE_TOLERANCE = 0.01  # Largest relative difference between the pixel sizes along x and y
-
 # Largest pixel size that is written, mm; float32 represents the lengths of such maps.
 _MAX_MM_PER_PX = 1e6
 
@@ -89,7 +87,7 @@ def read_tmd(path: Path) -> Tmd:
             f"{length_y:g} mm; export it again"
         )
     scale_x, scale_y = length_x / columns, length_y / rows
-    if abs(scale_x / scale_y - 1) > _SQUARE_TOLERANCE:
+    if abs(scale_x / scale_y - 1) > 0.01:  # [ratio] rounding
         raise InputError(
             f"{path} has non-square pixels of {scale_x:g} × {scale_y:g} mm; resample it to square "
             f"pixels"

@@ -132,8 +132,6 @@ _BLANK_LINE = re.compile(rb"\r?\n\r?\n")  # End of a header
 
 _JPEG = b"\xff\xd8\xff"  # First bytes of a JPEG
 
-_JPEG_END = b"\xff\xd9"  # Last bytes of a JPEG
-
 
 @dataclass(frozen=True)
 class MjpegPart:
@@ -219,7 +217,10 @@ class MjpegParser:
         elif boundary >= 0:
             end = boundary
         elif length is None and self._buffer.startswith(_JPEG) and not is_torn(self._buffer):
-            end = self._buffer.rfind(_JPEG_END) + 2  # half of the next boundary may follow already
+            # Last bytes of a JPEG
+            end = (
+                self._buffer.rfind(b"\xff\xd9") + 2
+            )  # half of the next boundary may follow already
         elif len(self._buffer) > MAX_PART_BYTES:
             end = len(self._buffer)
         else:

@@ -14,14 +14,12 @@ from tactile_core.errors import InputError, Place, Problem, ProfileError
 from tactile_core.formats.files import read_text
 from tactile_core.formats.text import printable
 
-_LONGEST_KEY = 60
-
 Keys = tuple[str | int, ...]  # A path in the tree: the keys of mappings and the indices of lists
 
 
 def problem_at(place: Place, keys: Keys, message: str) -> Problem:
     """Make a problem of the value at ``keys``."""
-    key = printable(".".join(str(key)[:_LONGEST_KEY] for key in keys))
+    key = printable(".".join(str(key)[:60] for key in keys))
     return Problem(place.file, place.line, place.column, key, message)
 
 
@@ -100,9 +98,6 @@ MOST_BYTES = 200_000
 # Largest other file; a scan with a thousand drawn circles has a tenth of this size.
 MAX_BYTES = 1_000_000
 DEEPEST = 50  # Deepest accepted nesting
-
-# Most digits of a number; longer text stays text. Python limits conversions of long integers.
-_LONGEST_NUMBER = 100
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
@@ -327,7 +322,7 @@ def scalar(text: str) -> Any:
     """
     if text in _WORDS:
         return _WORDS[text]
-    if len(text) > _LONGEST_NUMBER:
+    if len(text) > 100:  # [digits] Python limits conversions of long integers
         return text
     if _INTEGER.fullmatch(text):
         return int(text)

@@ -16,10 +16,6 @@ from pydantic import (
 from tactile_core.interfaces.artefact import Section
 from tactile_core.interfaces.image import ImageSection
 
-_MIN_PITCH_PX = 2.0  # Smallest marker pitch that an image resolves, px: the Nyquist limit
-_MIN_DIAMETER_PX = 0.5  # Smallest marker diameter that is visible, px; chosen by hand
-_MAX_PRONY_TERMS = 20
-
 
 class Markers(Section):
     """Markers printed on the gel surface."""
@@ -83,7 +79,7 @@ class Gel(Section):
     )
     prony: list[Relaxation] | None = Field(
         default=None,
-        max_length=_MAX_PRONY_TERMS,
+        max_length=20,
         description="Prony series of stress relaxation; shear_modulus_mpa is the relaxed value.",
     )
     size_mm: tuple[PositiveFloat, PositiveFloat] | None = Field(
@@ -136,7 +132,8 @@ def markers_misfit(gel: Gel, image: ImageSection) -> str | None:
     pitch_px = gel.markers.pitch_mm / image.mm_per_px
     diameter_px = gel.markers.diameter_mm / image.mm_per_px
     widest_px = image.width_px + image.height_px
-    if _MIN_PITCH_PX <= pitch_px <= widest_px and diameter_px >= _MIN_DIAMETER_PX:
+    # a pitch below 2 px is beyond the Nyquist limit, a dot below 0.5 px invisible
+    if 2.0 <= pitch_px <= widest_px and diameter_px >= 0.5:
         return None
     return (
         f"has markers of {diameter_px:.3g} px every {pitch_px:.3g} px in an image of "

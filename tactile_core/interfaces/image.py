@@ -26,10 +26,6 @@ FEWEST_PX = 2  # a slope needs a neighbour
 # Largest image side that OpenCV's remap can address: it uses signed 16-bit coordinates.
 _MOST_PX = 32_766
 _FINEST_MM = 1e-6  # Smallest accepted mm_per_px: one nanometre, far below the resolution of light
-# Widest accepted image: a wider one means that mm_per_px was given in pixels per mm.
-_WIDEST_MM = 1000.0
-# Least area of a triangle of three corners, as a share of the corners' bounding box.
-_LEAST_TRIANGLE_SHARE = 1e-3
 _DISTORTIONS = (4, 5, 8, 12, 14)  # Numbers of distortion coefficients that OpenCV accepts
 
 
@@ -46,7 +42,7 @@ class Warp(Section):
     def _four_corners(cls, quad: Quad) -> Quad:
         xs, ys = zip(*quad, strict=True)
         box = (max(xs) - min(xs)) * (max(ys) - min(ys))
-        if min(map(abs, _turns(quad))) <= _LEAST_TRIANGLE_SHARE * box:
+        if min(map(abs, _turns(quad))) <= 1e-3 * box:  # [ratio] three corners on a line
             raise ValueError("three of the four corners lie on one line")
         return quad
 
@@ -153,7 +149,7 @@ class ImageSection(Section):
                 f"should be at least {_FINEST_MM:g}, not {mm_per_px:g}, which no camera resolves"
             )
         width_mm = mm_per_px * info.data.get("width_px", 0)
-        if width_mm > _WIDEST_MM:
+        if width_mm > 1000.0:  # [mm] wider: it was given in pixels per mm
             raise ValueError(
                 f"{mm_per_px:g} mm per pixel makes the image {width_mm / 1000:.3g} m wide; "
                 f"if this is pixels per mm, write {1 / mm_per_px:.4g}"

@@ -40,8 +40,6 @@ _OBJECTS: dict[str, Callable[[float], dict[str, Any]]] = {
     "screw": lambda mm: {"diameter_mm": mm},
 }
 
-_REMEMBERED = 300  # Times from frame to screen that are kept
-
 
 class Desk:
     """Carries out the commands of pages that watch a sensor.
@@ -56,7 +54,7 @@ class Desk:
 
     def __init__(self, live: LiveSensor) -> None:
         self.live = live
-        self.shown_ms: deque[float] = deque(maxlen=_REMEMBERED)
+        self.shown_ms: deque[float] = deque(maxlen=300)  # [frames] ten seconds at 30 Hz
         self.guiding = Guiding(live)
         self._recording: RunningRecording | None = None
         self._worker = ThreadPoolExecutor(1, f"worker of {self.name}")

@@ -181,7 +181,6 @@ def _rows(values: Any) -> list[list[float]]:
     return [[round(float(value), 3) for value in row] for row in values]
 
 
-_TOKEN_BYTES = 32
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
@@ -244,7 +243,7 @@ def own_token(folder: Path) -> str:
     except (FileNotFoundError, UnicodeDecodeError):
         token = ""
     if not _TOKEN.fullmatch(token):
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        token = secrets.token_urlsafe(32)  # [bytes] as many as a hash has
         folder.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         opened = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

@@ -71,10 +71,6 @@ class Sample:
 
 T = TypeVar("T")
 
-_RETRY_S = 2.0  # Time between two attempts to open lost devices
-
-_SMOOTHING = 0.9  # Weight of the past in the rate
-
 
 class LiveSensor:
     """Reads a sensor in a thread of its own; nobody who looks on can delay it.
@@ -234,7 +230,7 @@ class LiveSensor:
         self._number += 1
         if self._last_s:
             rate_hz = 1 / max(now_s - self._last_s, 1e-6)
-            past = _SMOOTHING if self._rate_hz else 0.0
+            past = 0.9 if self._rate_hz else 0.0  # weight of the past
             self._rate_hz = 1 / (past / (self._rate_hz or 1.0) + (1 - past) / rate_hz)
         self._last_s = now_s
         if now_s - self._health[0] > 0.5:
@@ -278,7 +274,7 @@ class LiveSensor:
             except TactileError as error:
                 self._fail(str(error))
                 self._refuse_all(str(error))
-                self._stopping.wait(_RETRY_S)
+                self._stopping.wait(2.0)  # [s] between two attempts to open lost devices
             else:
                 if reference is not None:
                     self.sensor.use_reference(reference)

@@ -37,8 +37,6 @@ _FEATURED = ("max_height_mm", "contact_area_mm2", "slip.degree", "load")
 
 _FEW = 6  # Longest row of numbers that is a handful of numbers, such as a wrench, and not a curve
 
-_CURVE = 512  # Longest row of numbers that is shown as a curve
-
 
 @dataclass(frozen=True)
 class Entry:
@@ -108,7 +106,7 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
         if not field.is_array or value is None or value.ndim != 1 or value.dtype.kind not in "fiu":
             continue
         key, unit = field.spec.saved_as, _format_unit(field.spec.unit)
-        numbers = plain(np.asarray(value[:_CURVE], np.float64).tolist())
+        numbers = plain(np.asarray(value[:512], np.float64).tolist())  # [count] longest curve
         if len(value) <= _FEW:
             for index, number in enumerate(numbers):
                 yield Entry(f"{key}.{index + 1}", f"{_title(key)} {index + 1}", unit, number, own)

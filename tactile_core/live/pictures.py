@@ -18,7 +18,6 @@ from tactile_core.plugins.blame import blame_of
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.fields import Layer, Outline, Points, ScalarMap, Surface, VectorMap
 
-_COLOURS = 3
 MAP_PX = 320  # Longest side of a map as it is sent: the width of a panel of the page
 
 
@@ -67,7 +66,7 @@ def picture(frame: Frame, channel: int | None, parts: Parts) -> dict[str, Any]:
     count = pixels.shape[2]
     if channel is not None and 0 <= channel < count:
         pixels = pixels[..., channel]
-    elif count == _COLOURS:
+    elif count == 3:  # red, green and blue
         pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
     else:
         pixels = pixels.mean(axis=2) if count > 1 else pixels[..., 0]

@@ -17,8 +17,6 @@ from tactile_core.live.shown_state import View, encoded_state
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-_WAITING = 8  # Commands of one page that may wait for each other
-
 
 class PageSession:
     """Sends the newest state whenever the page has shown the one before, and obeys its commands.
@@ -37,7 +35,8 @@ class PageSession:
         self._view, self._period_s = View(), 0.0
         self._shown = asyncio.Event()
         self._status: dict[str, Any] = {}
-        self._commands: asyncio.Queue[AnyCommand] = asyncio.Queue(_WAITING)
+        # [commands] of one page that wait
+        self._commands: asyncio.Queue[AnyCommand] = asyncio.Queue(8)
 
     async def run(self) -> None:
         """Serve the page until it leaves."""

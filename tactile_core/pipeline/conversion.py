@@ -28,8 +28,6 @@ from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.session_files import profile_of
 from tactile_core.recordings.source import copy_writer, is_recorded, recording_file, writes
 
-_LOOK_S = 0.1  # [s] Time between two looks at it: ten in a second seem continuous
-
 
 def keep_recording(
     sensor: Sensor,
@@ -78,7 +76,7 @@ def keep_recording(
         if max(shares) >= 1:
             return
         if watched:
-            clock.sleep(_LOOK_S)
+            clock.sleep(0.1)  # [s] ten looks in a second seem continuous
             done = recording.images + recording.dropped
             if done > last:
                 last, last_s = done, clock.now()

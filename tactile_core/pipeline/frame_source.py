@@ -23,11 +23,6 @@ from tactile_core.quantities import Frame, Image
 LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
 
 
-# [s] Time between two attempts: a small part of the second that a USB device takes to start after
-# it is plugged in
-_RETRY_S = 0.1
-
-
 class Reconnection:
     """Closes and opens the devices until all are there, for a limited time.
 
@@ -76,7 +71,8 @@ class Reconnection:
                 if left_s <= 0:
                     error.add_note(f"not opened again within {self._patience_s:g} s: {reason}")
                     raise error from reason
-                self._clock.sleep(min(_RETRY_S, left_s))
+                # [s] a small part of the second in which a USB device starts
+                self._clock.sleep(min(0.1, left_s))
             else:
                 return
 

@@ -120,10 +120,6 @@ class Health:
 _RELEVANT_SHARE = 0.01
 
 
-# Share of the reference's intensities: more dark ones are no corners but a wrong exposure.
-_DARK_REFERENCE_SHARE = 0.5
-
-
 def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, ...]:
     """Return the warnings about saturated and dark intensities of a frame as acquired.
 
@@ -132,7 +128,8 @@ def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, .
     saturation = saturation_warning(frame)
     warnings = [saturation] if saturation else []
     always = 0.0 if reference is None else reference.too_dark_share
-    if frame.too_dark_share > min(always, _DARK_REFERENCE_SHARE) + _RELEVANT_SHARE:
+    # [share] More dark ones in the reference are no corners but a wrong exposure
+    if frame.too_dark_share > min(always, 0.5) + _RELEVANT_SHARE:
         warnings.append(
             f"{frame.too_dark_share:.0%} of the frame is too dark; lengthen the exposure or check "
             f"the lights"
@@ -191,17 +188,11 @@ def without_slopes(step: str) -> str:
     )
 
 
-_READINGS = 30  # [count] Readings of which a median is taken: one second at 30 Hz
-# [share of the markers] Least share that is seen: a contact over a tenth of the view hides at most
-# as many; twice that is unusual
-_SEEN = 0.8
-
-
 class GelHealth:
     """Collects what readings show."""
 
     def __init__(self) -> None:
-        self._seen: deque[int] = deque(maxlen=_READINGS)
+        self._seen: deque[int] = deque(maxlen=30)  # [readings] one second at 30 Hz
         self._expected = 0
         self._ratios: Mapping[str, float] = {}
         self._frame: Frame | None = None
@@ -234,7 +225,9 @@ class GelHealth:
             return Finding.unknown("no step tracks markers")
         seen, expected = round(median(self._seen)), self._expected
         problem = ""
-        if seen < _SEEN * expected:
+        # [share of the markers] A contact over a tenth of the view hides at most as many; twice
+        # that is unusual
+        if seen < 0.8 * expected:
             problem = (
                 f"{seen} of {expected} markers are seen; clean the gel, check focus and lights, or "
                 f"record a new reference"

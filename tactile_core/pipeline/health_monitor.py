@@ -15,22 +15,8 @@ from tactile_core.plugins.blame import blame
 # [s] Time over which images are counted: 300 images at 30 Hz, so that a share of 1 % is more than
 # one image
 _WINDOW_S = 10.0
-# [s] Age of a stream from which its rate is judged: the time over which the rate is measured; two
-# images that arrive together are no rate
-_SETTLED_S = 2.0
 _FEWEST = 10  # [images] Images from which a share is judged: one image in ten is chance
 _READINGS = 30  # [count] Readings of which a median is taken: one second at 30 Hz
-# [ratio] A camera is slow below this share of its expected rate: webcams that lengthen the exposure
-# in the dark fall to half; a lost image in ten is no change of the rate
-_SLOW = 0.8
-# [frame periods] Age of an image when its measuring begins, beyond its exposure: readout and
-# transfer take 1.5 at most; twice that means that images wait in a buffer
-_LATE_PERIODS = 3.0
-# [share of the images] Largest share of such images: good cables tear none; one equal image in five
-# is no longer chance
-_TORN = 0.01
-_REPEATED = 0.2
-_EXPOSURE = 0.05  # [ratio] Change of the exposure: half of the change of light that is compensated
 
 
 class CameraHealth:
@@ -85,7 +71,8 @@ class CameraHealth:
 
     @property
     def _is_settled(self) -> bool:
-        return self._counts[-1][0] - self._opened_s >= _SETTLED_S
+        # [s] the time over which the rate is measured
+        return self._counts[-1][0] - self._opened_s >= 2.0
 
     def rate(self) -> Finding:
         """Images that arrive each second."""
@@ -95,7 +82,9 @@ class CameraHealth:
             return Finding.unknown("the stream has just begun", self._rate_hz, "Hz")
         expected_hz = self._nominal_hz or max(self._best_hz, self._rate_hz)
         problem = ""
-        if self._rate_hz < _SLOW * expected_hz:
+        # [ratio] Webcams that lengthen the exposure in the dark fall to half; one lost image in ten
+        # is no change
+        if self._rate_hz < 0.8 * expected_hz:
             problem = (
                 f"{self._rate_hz:.1f} images arrive each second instead of {expected_hz:.1f}; lock "
                 f"an exposure shorter than the frame period, and give the camera a USB port of its "
@@ -112,7 +101,8 @@ class CameraHealth:
             return Finding.unknown("the frame period is unknown", 1e3 * age_s, "ms")
         period_s = 1 / self._rate_hz
         exposures_s = sum(one.exposure_time_s or period_s for one in self._settings)
-        waiting_s = _LATE_PERIODS * period_s * max(1, len(self._settings))
+        # [frame periods] Readout and transfer take 1.5 at most; twice that: images wait in a buffer
+        waiting_s = 3.0 * period_s * max(1, len(self._settings))
         usual_s = measuring_s + exposures_s + waiting_s
         problem = ""
         if age_s > usual_s:
@@ -143,12 +133,12 @@ class CameraHealth:
     def torn(self) -> Finding:
         """Images that arrived damaged."""
         remedy = "arrived torn; change the cable, or connect the camera without a hub"
-        return self._share("torn", _TORN, remedy)
+        return self._share("torn", 0.01, remedy)  # [share of the images] good cables tear none
 
     def repeated(self) -> Finding:
         """Images that equal the one before."""
         remedy = "repeat the one before; lower the camera's rate to one that it keeps"
-        return self._share("repeated", _REPEATED, remedy)
+        return self._share("repeated", 0.2, remedy)  # [share of the images] no longer chance
 
     def exposure_time(self) -> Finding:
         """Exposure time as read back; that which has changed most since the beginning."""
@@ -161,7 +151,7 @@ class CameraHealth:
             return Finding.unknown("the camera does not report its exposure", unit="s")
         now_s, then_s = max(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1))
         problem = ""
-        if abs(now_s / then_s - 1) > _EXPOSURE:
+        if abs(now_s / then_s - 1) > 0.05:  # [ratio] half of what is compensated
             problem = (
                 f"the camera has changed its exposure from {1e3 * then_s:.1f} ms to "
                 f"{1e3 * now_s:.1f} ms; write 'exposure_time_s' in 'camera', which locks it"

@@ -11,15 +11,11 @@ from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Float32, Frame, Reference
 
-_RADIUS = 0.2  # [share of the image height] Radius of a disc: that of a fingertip's usual contacts
-_SHADING = 0.4  # [relative] Change of the intensity at its border: large enough for a contact
 # [px] How far the discs have moved along x in each frame; None without discs: the contact moves, so
 # that trackers and slip steps measure
 _MOVES_PX: tuple[int | None, ...] = (None, 0, 2, None)
 # [share of the full scale] Intensity of the undeformed surface, if there is no reference
 _LEVEL = 0.5
-_MARKER_LEVEL = 0.3  # [share of level] Intensity of its markers
-_MARKERS = 12  # [count] Markers along x: shipped gels have 9 to 20
 
 
 def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:
@@ -40,11 +36,12 @@ def made_up_frames(reference: Reference, mm_per_px: float) -> Iterator[Frame]:
 def made_up_reference(image: ImageSection, channels: tuple[str, ...]) -> Reference:
     """Return an even undeformed surface with dark markers."""
     height, width = image.height_px, image.width_px
-    pitch_px = width / _MARKERS
+    pitch_px = width / 12  # [count] along x: shipped gels have 9 to 20
     y, x = np.indices((height, width))
     away = np.hypot(*((at % pitch_px - pitch_px / 2) for at in (x, y)))
     full_scale = float((1 << image.bit_depth) - 1)
-    level = np.where(away < pitch_px / 5, _MARKER_LEVEL, 1.0) * _LEVEL * full_scale
+    # Of the markers, and of the rest, in shares of the level
+    level = np.where(away < pitch_px / 5, 0.3, 1.0) * _LEVEL * full_scale
     pixels = np.repeat(level[..., None], len(channels), axis=-1).astype(np.float32)
     return Reference(pixels, channels, full_scale)
 
@@ -56,7 +53,7 @@ def _press_discs(pixels: Float32, moved_px: int, turn: int) -> Float32:
     disc to disc all are turned by a right angle.
     """
     height, width, count = pixels.shape
-    radius_px = _RADIUS * height
+    radius_px = 0.2 * height  # [heights] a fingertip's usual contacts
     y, x = np.indices((height, width), dtype=np.float32)
     shaded = np.roll(pixels, moved_px, axis=1)
     pressed = pixels.astype(np.float32)
@@ -66,5 +63,6 @@ def _press_discs(pixels: Float32, moved_px: int, turn: int) -> Float32:
         angle = turn * 2 * np.pi * np.arange(count) / count + corner * np.pi / 2
         slope = right[..., None] * np.cos(angle) + down[..., None] * np.sin(angle)
         inside = (right**2 + down**2 < 1)[..., None]
-        pressed = np.where(inside, shaded * (1 + _SHADING * slope), pressed)
+        # [relative] Change of intensity at its border: large enough for a contact
+        pressed = np.where(inside, shaded * (1 + 0.4 * slope), pressed)
     return pressed.astype(np.float32)

@@ -118,10 +118,6 @@ def _load_profile(profile: str | Path, sim: bool, script: Path | str | None) -> 
     return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})
 
 
-# Frames of every sensor that found no partner, after which none will; a second of most cameras.
-_HOPELESS = 30
-
-
 @dataclass(frozen=True, eq=False)
 class PairedReadings:
     """One reading of each sensor, taken at about the same time.
@@ -241,7 +237,7 @@ class SensorGroup:
                 self.skipped += 1
                 alone[behind] += 1
                 closest_s = min(closest_s, apart_s)
-                if min(alone) >= _HOPELESS:
+                if min(alone) >= 30:  # [frames] a second of most cameras
                     raise InputError(
                         f"no frames of the sensors are within {self.tolerance_s:g} s of each "
                         f"other; the closest are {closest_s:.3g} s apart, so allow a larger "

@@ -42,9 +42,6 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.quantity import grid_of
 
-# Gel thicknesses by which a gel may rise beside a contact: three times what virtual gels do.
-BULGE = 0.5
-
 
 class Pipeline:
     """Computes readings from frames; picklable.
@@ -321,4 +318,5 @@ class Pipeline:
         if thickness_mm is None:
             return False
         cells_mm = grid_of(height, "mm").cells  # the map of every pixel costs as much as a step
-        return bool(cells_mm.max() > thickness_mm or cells_mm.min() < -BULGE * thickness_mm)
+        # [thicknesses] beside a contact virtual gels rise a third as much
+        return bool(cells_mm.max() > thickness_mm or cells_mm.min() < -0.5 * thickness_mm)

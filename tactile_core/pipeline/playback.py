@@ -80,10 +80,6 @@ def check_unit(session: RecordedSession, serial: str | None, path: Path) -> None
         )
 
 
-# Largest deviation from 1 of the stretch that rounding of the image size can cause.
-_SAME_SHAPE = 0.01
-
-
 class Devices(NamedTuple):
     """The devices of a sensor, not yet open.
 
@@ -154,7 +150,7 @@ def played_back(profile: Profile, path: Path) -> Playback:
             if misfit is not None:
                 raise InputError(f"{note}, but then the gel {misfit}")
     stretch = ImageGeometry(image).stretch(recording.size_px)
-    if abs(stretch - 1) > _SAME_SHAPE:
+    if abs(stretch - 1) > 0.01:  # [ratio] rounding of the image's size causes less
         width, height = recording.size_px
         notes = (
             *notes,

@@ -24,8 +24,6 @@ from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import Frame
 
-_PATIENCE_S = 5.0  # Time in which a process that is no longer needed should release its resources
-
 
 def available_cores() -> int:
     """Return the number of processor cores that this process may use."""
@@ -111,7 +109,7 @@ class WorkerProcess:
         else:
             self._close_pipe(self._to)
         try:
-            self._process.wait(_PATIENCE_S)
+            self._process.wait(5.0)  # [s] it should release its resources
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -280,9 +278,6 @@ class Workers:
         return worker
 
 
-_WAITING_EACH = 2  # Frames queued per worker: enough that none is idle, few enough to save memory
-
-
 class Processor(Protocol):
     """The part of a pipeline that a worker uses; a pipeline itself imports this module."""
 
@@ -331,7 +326,7 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
     try:
         with Workers(workers, _measuring, pickled) as crew:
             while True:
-                room = _WAITING_EACH * workers - len(waiting)
+                room = 2 * workers - len(waiting)  # [frames] enough that none is idle
                 for frame in islice(left, room):
                     waiting.append(crew.submit(partial(_measure_in_worker, frame)))
                 if not waiting:

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[Any]  # uint8, uint16 or float32 intensities
 
-# Number of rows from which the shares of saturated and dark intensities are estimated.
-_SHARE_ROWS = 60
-
 
 @dataclass(frozen=True, eq=False)
 class Image(Quantity):
@@ -228,7 +225,7 @@ class Reference(Quantity):
 
 def _some(pixels: Pixels) -> Pixels:
     """Return some complete rows, which are read many times faster than scattered pixels."""
-    return pixels[:: max(1, len(pixels) // _SHARE_ROWS)]
+    return pixels[:: max(1, len(pixels) // 60)]  # [rows] enough for a share
 
 
 def _whole(whole: int, level: float, pixels: Pixels) -> float:

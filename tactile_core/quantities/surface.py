@@ -137,10 +137,6 @@ class HeightMap(Quantity):
         return {"max_height_mm": float(self.mm.max())}
 
 
-# Share of the view above which a contact is doubted; plates that fill it leave more at rest.
-MOST_COVERED = 0.9
-
-
 @dataclass(frozen=True, eq=False)
 class ContactMask(Quantity):
     """The contact area.
@@ -171,7 +167,7 @@ class ContactMask(Quantity):
     def warnings(self) -> tuple[str, ...]:
         """Return that no undeformed gel is left, relative to which anything was measured."""
         covered = np.count_nonzero(self.mask) / self.mask.size
-        if covered <= MOST_COVERED:
+        if covered <= 0.9:  # [share of the view] Plates that fill it leave more at rest
             return ()
         return (
             f"the contact covers {covered:.0%} of the view, which leaves no undeformed gel to "

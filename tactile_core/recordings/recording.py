@@ -30,7 +30,6 @@ from tactile_core.recordings.source import (
     recording_file,
 )
 
-_SCALE_TOLERANCE = 0.01  # Largest relative difference between the scales of scans in one recording
 _GS_SDK_IMAGE = "gelsight"  # Name of the image in a folder that gs_sdk has written
 _BAG = "a ROS bag; extract its images, as PNG files in a folder or as a video"
 _ARRAYS = (
@@ -313,7 +312,7 @@ def _common_scale(scans: dict[Path, Scan]) -> float | None:
     if not scales:
         return None
     low, high = min(scales, key=lambda f: scales[f]), max(scales, key=lambda f: scales[f])
-    if scales[high] / scales[low] - 1 > _SCALE_TOLERANCE:
+    if scales[high] / scales[low] - 1 > 0.01:  # [ratio] rounding of scales
         raise InputError(
             f"{low} has {scales[low]:g} mm per pixel, but {high} has {scales[high]:g}; they cannot "
             f"be one recording"

@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from tactile_core.recordings.recording_file import RecordingFile
 
 
-_PAIRS = 12  # Pairs of neighbouring images that are compared, because reading many takes long
-
-
 @dataclass(frozen=True, eq=False)
 class Observation:
     """The exposures of one observation, in the order of the lights."""
@@ -116,7 +113,8 @@ class FileSource(ObservationSource):
     def _sample_pairs(self) -> list[tuple[Pixels, Pixels]]:
         """Return pairs of neighbouring images, spread over all."""
         last = len(self.files) - 2
-        first = sorted({round(at) for at in np.linspace(0, last, _PAIRS)}) if last >= 0 else []
+        # [pairs] Reading many takes long
+        first = sorted({round(at) for at in np.linspace(0, last, 12)}) if last >= 0 else []
         return [
             (read_image(self.files[at].paths[0]), read_image(self.files[at + 1].paths[0]))
             for at in first

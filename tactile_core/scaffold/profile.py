@@ -49,8 +49,6 @@ def refuse_existing(path: Path, *, force: bool, folder: bool = False) -> None:
         raise InputError(f"{path} exists already; give another --out, or --force to replace it")
 
 
-_WIDTH = 100  # Characters per line of the file
-
 _UNSEEN_GEL = (
     "shape",
     "radius_mm",
@@ -192,5 +190,6 @@ def _flow(value: Any) -> str:
 
 def _comment(text: str) -> list[str]:
     # YAML knows more line breaks than Python; after one of them the comment would end
-    lines = textwrap.wrap(printable(text), _WIDTH - 4, break_on_hyphens=False)
+    # [characters] of a line of 100
+    lines = textwrap.wrap(printable(text), 100 - 4, break_on_hyphens=False)
     return [f"# {line}" for line in lines]

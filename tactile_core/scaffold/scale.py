@@ -123,12 +123,6 @@ def _number(part: str, text: str, least: float = -np.inf) -> float:
     return float(part)
 
 
-_TOLERANCE = 0.03  # share by which two scales may differ: the accuracy of printed markers (ADR 17)
-_LEAST_UNEQUAL = 0.01  # share; smaller differences of x and y are those of a real camera's lens
-_TILTED = 0.05  # share; a scale that changes more from the centre to a corner is reported
-_PAIR_PX = 1.5  # px; error of the distance of two imprints, which differ in light and depth
-
-
 @dataclass(frozen=True)
 class Scale:
     """Scale of the resulting image.
@@ -185,7 +179,8 @@ class Scale:
             f"± {mean_mm * found.error:.1g}"
         )
         unequal = abs(x_mm / y_mm - 1)
-        if unequal > max(_LEAST_UNEQUAL, 3 * found.error) or found.variation > _TILTED:
+        # [shares] smaller ones are those of a real camera's lens
+        if unequal > max(0.01, 3 * found.error) or found.variation > 0.05:
             source += (
                 f". Their mean is used although they differ by {unequal:.1%}, and by "
                 f"{found.variation:.0%} at a corner: the camera is tilted (--scale "
@@ -264,7 +259,8 @@ def measure_scale(
     both = "two balls" if method.kind == "balls" else "both tips of a calliper"
     source = f"{both}, {size_mm:g} mm = {length_px:.1f} px apart"
     if not method.points_px:
-        error_mm = size_mm / length_px * _PAIR_PX / length_px
+        # [px] two imprints differ in light and depth
+        error_mm = size_mm / length_px * 1.5 / length_px
         source += (
             f" at {np.degrees(np.arctan2(dy, dx)):.0f}° from x, ± {error_mm:.1g}; another image, "
             f"turned by 90°, shows whether the pixels are square"
@@ -282,7 +278,7 @@ def agree_on_scale(scales: list[Scale]) -> Scale | None:
     """
     for other in scales[1:]:
         ratio = other.mm_per_px / scales[0].mm_per_px
-        if abs(ratio - 1) > _TOLERANCE:
+        if abs(ratio - 1) > 0.03:  # [share] the accuracy of printed markers (ADR 17)
             raise InputError(
                 f"{scales[0].source} gives {scales[0].mm_per_px:.4g} mm per pixel and "
                 f"{other.source} {other.mm_per_px:.4g}; give only the one that is right"

@@ -10,10 +10,6 @@ from tactile_core.sim.contact_state import Pose
 QUASI_STATIC_S = np.inf  # Duration of a quasi-static step: all stress relaxes
 
 
-_FIRST_STEP_S = 0.05  # [s] Scale of the first step; a hold up to this long is a single step
-_MAX_STEPS = 12  # [count] Largest number of steps of one hold
-
-
 def checked_steps(steps: int) -> int:
     """Return the number of steps, or raise an InputError."""
     if steps != int(steps) or steps < 1:
@@ -60,8 +56,8 @@ def slowing_steps(seconds: float) -> list[float]:
     """Split a duration into steps of increasing length, since relaxation is fastest at first."""
     if seconds == 0:
         return []
-    first = _FIRST_STEP_S
+    first = 0.05  # [s] a shorter hold is a single step
     growth = np.log1p(seconds / first)
-    count = int(np.clip(np.ceil(seconds / first), 1, _MAX_STEPS))
+    count = int(np.clip(np.ceil(seconds / first), 1, 12))  # [count] at most 12
     ends = first * np.expm1(np.linspace(0, growth, count + 1))
     return [float(step) for step in np.diff(ends)]

@@ -163,7 +163,6 @@ def balance_load(
 
 
 _MARGIN_NODES = 2  # [nodes] Margin on each side of the contact
-_MARGIN_SHARE = 0.1  # [share of the contact's size] Further margin on each side
 # [nodes] Window sizes are multiples of this, so that a contact that grows slightly reuses the
 # response of the last step
 _MULTIPLE = 8
@@ -230,7 +229,7 @@ class Window:
 def _wide(taken: NDArray[np.bool_]) -> slice:
     first = int(taken.argmax())
     last = len(taken) - int(taken[::-1].argmax())
-    margin = _MARGIN_NODES + int(_MARGIN_SHARE * (last - first))
+    margin = _MARGIN_NODES + int(0.1 * (last - first))  # [share of the contact] and a margin
     size = -(-(last - first + 2 * margin) // _MULTIPLE) * _MULTIPLE
     if 2 * size >= len(taken):
         return slice(0, len(taken))

@@ -19,16 +19,9 @@ _NODES_PER_RADIUS = 10
 # [ratio] Extra resolution, because a coarse grid measures the radius inaccurately and friction
 # changes it slightly
 _SAFETY = 1.1
-# [count] Largest number of nodes along the longer side of the gel: to bound memory and time
-_MAX_NODES_ACROSS = 1280
-# [count] Nodes on the finest feature of an object: sampling theorem: two per period
-_DETAIL_NODES = 2
 # [ratio] Largest refinement in one pass. A contact that covers few nodes may prove larger on a
 # finer grid
 _SHRINK: float = 3
-# [share of the largest overlap] Tolerance of the normal contact in the trials, which have no
-# friction: that of the fast mode
-_TOLERANCE = 2e-3
 
 
 def accurate_spacing(
@@ -55,8 +48,9 @@ def accurate_spacing(
         Pose and load of the press.
     """
     frictionless = replace(gel, friction=0.0, branches=())
-    precision = Precision(normal=_TOLERANCE, friction=1.0, sweeps=1)
-    finest = min(max(extent_mm) / _MAX_NODES_ACROSS, widest_mm)
+    # [share of the largest overlap] That of the fast mode; the trials have no friction
+    precision = Precision(normal=2e-3, friction=1.0, sweeps=1)
+    finest = min(max(extent_mm) / 1280, widest_mm)  # [count] bounds memory and time
     spacing = widest_mm
     while True:
         grid = SurfaceGrid.covering(*extent_mm, spacing)
@@ -66,18 +60,10 @@ def accurate_spacing(
         radius = np.sqrt(np.count_nonzero(contact) * grid.cell_mm2 / np.pi)
         needed = float(radius) / (_SAFETY * _NODES_PER_RADIUS)
         if indenter.detail_mm is not None:
-            needed = min(needed, indenter.detail_mm / _DETAIL_NODES)
+            needed = min(needed, indenter.detail_mm / 2)  # sampling theorem: two per period
         if spacing <= max(needed, finest):
             return spacing
         spacing = max(needed, finest, spacing / _SHRINK)
-
-
-# [count] Number of blocks, unless they would be small: measured with images of 480 rows of 640
-# pixels
-_BLOCKS = 12
-# [rows or columns] Smallest size of a block along the longer side of the matrix: measured with 130
-# nodes; smaller products cost more per number
-_SMALLEST_BLOCK = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +83,9 @@ class BandedMatrix:
         """Split a matrix (N, n)."""
         blocks, count = [], len(matrix)
         longest = max(matrix.shape)
-        block = max(_SMALLEST_BLOCK, longest // _BLOCKS)
+        # [rows] Smaller products cost more per number, measured with 130 nodes; 12 blocks are
+        # fastest for images of 480 rows
+        block = max(20, longest // 12)
         size = -(-block * count // longest)
         for start in range(0, count, size):
             rows = slice(start, min(start + size, count))

@@ -14,20 +14,13 @@ from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.sim.normal_contact import Window
 from tactile_core.sim.refinement import BandedMatrix
 
-# [count] Largest numbers of whole steps, and of half steps after them: six steps are enough for a
-# strain of a fifth, and half of the rest is left by each further step
-_WHOLE_STEPS = 6
-_HALF_STEPS = 24
+_HALF_STEPS = 24  # [count] At most, after the whole steps: each leaves half of the rest
 # [node spacings] Iterations end when the position changes by less: a micrometre is five times as
 # much on most grids
 _TOLERANCE_NODES = 1e-4
-# [nodes] Nodes beyond the border of the image that the splines use: the influence of a node on a
-# cubic spline falls by 2 − √3 from node to node, so that of the next one is 1e-7
-_MARGIN_NODES = 12
 # [ratio] A node whose influence on a coefficient is smaller is left out: an eighth of the precision
 # of float32, which is 6e-8
 _LEAST_INFLUENCE = 7e-9
-
 
 # Whether OpenCV reads at any position; older versions round positions to 1/32 of a node.
 _READS_BETWEEN = int(cv2.__version__.split(".")[0]) >= 5
@@ -87,7 +80,7 @@ class ImageSampler:
         across, down = moved
         x, y = column - self.window.view_of(across), row - self.window.view_of(down)
         changes = np.full(x.shape, np.inf, np.float32)
-        for _ in range(_WHOLE_STEPS):
+        for _ in range(6):  # [count] enough for a strain of a fifth
             new_x, new_y = (
                 at - cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
                 for at, part in ((column, across), (row, down))
@@ -224,7 +217,8 @@ def _cubic(coefficients: Float32, row: Float32, column: Float32) -> Float32:
 
 def _find_needed_nodes(nodes: Array, targets: Array) -> slice:
     """Return the nodes that a spline at the targets depends on."""
-    margin = _MARGIN_NODES
+    # [nodes] A node's influence on a cubic spline falls by 2 − √3 from node to node, to 1e-7
+    margin = 12
     first, last = np.searchsorted(nodes, [targets[0], targets[-1]])
     return slice(max(0, int(first) - margin), min(len(nodes), int(last) + margin))
 

@@ -29,9 +29,6 @@ from tactile_core.sim.stage import VirtualStage
 # Number of frames of one step; a million are nine hours at 30 Hz.
 Frames = Annotated[PositiveInt, Field(le=1_000_000)]
 
-_SHAKE_SEED = 81  # Random seed of a gripper's vibration: the same script gives the same moves
-_LEAST_LOAD = 0.1  # Smallest load in a vibration, relative to the weight: a pull needs a direction
-
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -139,10 +136,11 @@ class Lift(_Part):
         gravity = np.array([np.cos(down), np.sin(down)])
         duration = None if self.seconds is None else self.seconds / self.frames
         start = stage.state.pose
-        rng = np.random.default_rng(_SHAKE_SEED)
+        rng = np.random.default_rng(81)  # The same script gives the same moves
         for part in range(1, self.frames + 1):
             # the lighter moments of a vibration do not push the object up
-            load = max(1 + self.shake * float(rng.standard_normal()), _LEAST_LOAD)
+            # [weights] A pull needs a direction
+            load = max(1 + self.shake * float(rng.standard_normal()), 0.1)
             now = stage.state.pose
             travel = float(
                 (now.x_mm - start.x_mm) * gravity[0] + (now.y_mm - start.y_mm) * gravity[1]

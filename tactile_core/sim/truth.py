@@ -16,18 +16,6 @@ from tactile_core.sim.gel import BallImprint
 from tactile_core.sim.normal_contact import Window, solve_normal
 from tactile_core.sim.resampling import ImageSampler, spline_matrix
 
-# [px] Largest spacing of the fine nodes: ``experiments/contact_outline.py``: the outline is then
-# within 1.5 px of that on nodes 1 px apart
-_SPACING_PX = 1.5
-# [count] Largest number of fine nodes along a side of the window; a larger contact is refined less:
-# to bound the time to that of a frame of a very large contact
-_MAX_NODES = 512
-# [share of the largest overlap] Tolerance of the contact: that of the accurate mode; at 5e-4 the
-# outline of a cone is 1 px off
-_TOLERANCE = 1e-4
-# [fine nodes] Gaussian sigma that rounds the steps of the outline: half the diagonal of a cell
-_BLUR_NODES = 0.7
-
 
 @dataclass(frozen=True, eq=False)
 class FineContact:
@@ -75,8 +63,11 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
     """
     state, grid = imprint.state, imprint.grid
     window = Window.around(state.contact)
-    most = max(1, _MAX_NODES // max(window.shape))
-    wanted = np.ceil(grid.spacing_mm / (_SPACING_PX * imprint.mm_per_px) - 1e-6)
+    # [nodes along a side] A larger contact is refined less, to bound the time
+    most = max(1, 512 // max(window.shape))
+    # [px] The outline is within 1.5 px of that on nodes 1 px apart
+    # (``experiments/contact_outline.py``)
+    wanted = np.ceil(grid.spacing_mm / (1.5 * imprint.mm_per_px) - 1e-6)
     factor = min(int(wanted), most)
     if factor <= 1:
         return None
@@ -96,10 +87,10 @@ def fine_contact(model: ContactModel, imprint: BallImprint) -> FineContact | Non
         model.finer(factor).near(x.shape).indentation,
         overlap.astype(model.layer.dtype),
         pressure,
-        tolerance=_TOLERANCE,
+        tolerance=1e-4,  # [share of the largest overlap] the accurate mode
     )
     touching = (solved.pressure > 0).astype(np.float32)
-    share = cv2.GaussianBlur(touching, (0, 0), _BLUR_NODES)
+    share = cv2.GaussianBlur(touching, (0, 0), 0.7)  # [fine nodes] half the diagonal of a cell
     first = window.rows.start, window.columns.start
     return FineContact(np.asarray(share, np.float32), first, factor)
 

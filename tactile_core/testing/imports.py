@@ -20,8 +20,6 @@ from tactile_core.testing import import_probe as probe
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import CannotCheck, report
 
-_LONGEST_S = 60.0  # Time limit of the import in a fresh interpreter, s
-
 
 @dataclass(frozen=True)
 class Imported:
@@ -106,7 +104,7 @@ def import_offer(offer: Offer, path: tuple[str, ...]) -> Imported:
             env={**_first_environment(), "PYTHONDONTWRITEBYTECODE": "1"},
             capture_output=True,
             text=True,
-            timeout=_LONGEST_S,
+            timeout=60.0,  # [s] in a fresh interpreter
             check=False,
         )
         if not result.is_file():
@@ -118,9 +116,6 @@ def import_offer(offer: Offer, path: tuple[str, ...]) -> Imported:
 
 
 _FDS = Path("/proc/self/fd")
-_GRACE_S = 0.5  # Time that threads have to end after close(), s
-
-_POLL_S = 0.01  # Interval between two looks at the threads, s
 
 
 @dataclass(frozen=True)
@@ -137,9 +132,9 @@ class Footprint:
 
     def find_leaks(self) -> str:
         """Return the threads and files that are new since the snapshot, or ""."""
-        until = time.monotonic() + _GRACE_S
+        until = time.monotonic() + 0.5  # [s] threads end meanwhile
         while (added := self._describe_added()) and time.monotonic() < until:
-            time.sleep(_POLL_S)
+            time.sleep(0.01)  # [s]
         return added
 
     def _describe_added(self) -> str:

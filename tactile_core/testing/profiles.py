@@ -33,8 +33,6 @@ from tactile_core.testing.virtual_presses import full_rig
 # Matches absolute paths except devices.
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
 
-_VIRTUAL_FRAMES = 6  # Number of frames that reach from the undeformed surface into a press
-
 
 class ProfileChecks(Suite):
     """Validity of a profile on every machine."""
@@ -123,7 +121,8 @@ class ProfileChecks(Suite):
         with report_errors(profile, "its virtual sensor does not run", why=why, do=do):
             virtual_profile = load_profile(profile.path, sim=True)
             with Sensor(virtual_profile, reference=FIRST).open() as sensor:
-                frames = [reading.frame for reading in islice(sensor.stream(), _VIRTUAL_FRAMES)]
+                # [frames] They reach from the undeformed surface into a press
+                frames = [reading.frame for reading in islice(sensor.stream(), 6)]
         image = virtual_profile.image
         sizes = {frame.pixels.shape[1::-1] for frame in frames}
         found = ""

@@ -33,11 +33,7 @@ from tactile_core.quantities import (
 from tactile_core.sim.analytic_ball import BallPress
 from tactile_core.sim.optics.rig import RigOptics
 
-SMALL_PX = 160  # Longer image side of a small virtual sensor, px
-
 PRESSES = 7  # Number of presses for a calibration
-
-PIXELS = 300  # Largest number of contact pixels in each calibration press
 
 SCENES = 4  # Number of presses in the sequence for estimators
 
@@ -45,11 +41,7 @@ _BALL = 0.4  # Diameter of a ball, as a share of the image's shorter side
 
 _DEPTH = 0.2  # Indentation, as a share of the ball's diameter
 
-_MARKERS_A_SIDE = 10  # Marker pitches along the shorter side of a gel without markers
-
 _SHEAR = 0.03  # Shear displacement of the last press, as a share of the image's shorter side
-
-_SHEAR_REACH = 0.4  # Distance over which the shear decays, as a share of the image's shorter side
 
 _GENERIC = {
     "schema": 1,
@@ -62,7 +54,6 @@ _GENERIC = {
         "friction": 0.5,
     },
 }
-
 
 S = TypeVar("S", bound=np.generic)
 
@@ -150,7 +141,7 @@ class Rig:
         for number in range(PRESSES):
             centre = rng.uniform(0.2, 0.8) * width, rng.uniform(0.2, 0.8) * height
             scene = self._scene(centre, _BALL, _DEPTH, number + 1, number)
-            touched = rng.permutation(np.argwhere(scene.contact))[:PIXELS]
+            touched = rng.permutation(np.argwhere(scene.contact))[:300]  # [pixels] of a press
             flat = rng.permutation(np.argwhere(scene.height_mm < 0.01 * scene.height_mm.max()))
             rows, columns = np.concatenate([touched, flat[: len(touched) // 3]]).T
             slopes = scene.gradients[rows, columns].astype(np.float32)
@@ -172,7 +163,7 @@ class Rig:
         """(N, 2) marker positions; a gel without markers gets some that are not rendered."""
         height, width = self.shape
         printed = self.profile.gel.markers
-        pitch = min(self.shape) / _MARKERS_A_SIDE
+        pitch = min(self.shape) / 10  # pitches along the shorter side
         if isinstance(printed, Markers):
             pitch = printed.pitch_mm / self.profile.image.mm_per_px
         x, y = (np.arange(pitch, side - pitch / 2, pitch) for side in (width, height))
@@ -186,7 +177,7 @@ class Rig:
     ) -> NDArray[np.float64]:
         """(…, 2) shear displacement in px of the surface now at these places."""
         far = np.square(places_px - np.array(centre)).sum(axis=-1, keepdims=True)
-        reach = _SHEAR_REACH * min(self.shape)
+        reach = 0.4 * min(self.shape)  # [shorter sides] the shear decays
         shear = np.array([1.0, 0.4]) * _SHEAR * (number + 1) / SCENES * min(self.shape)
         return np.asarray(np.exp(-far / reach**2) * shear)
 
@@ -266,7 +257,7 @@ def full_rig(profile: Profile) -> Rig | None:
 def small_rig(profile: Profile) -> Rig | None:
     """Return the virtual sensor with fewer and larger pixels and without markers."""
     image = profile.image
-    factor = min(1.0, SMALL_PX / max(image.width_px, image.height_px))
+    factor = min(1.0, 160 / max(image.width_px, image.height_px))  # [px] longer side
     size = {
         "width_px": round(image.width_px * factor),
         "height_px": round(image.height_px * factor),

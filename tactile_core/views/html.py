@@ -30,8 +30,6 @@ margin:1rem calc(50% - min(48vw,52rem))}
 """
 """CSS of every page."""
 
-_JPEG_QUALITY = 90  # Quality of photos, %
-
 
 def page(title: str, parts: Sequence[str]) -> str:
     """Return a complete HTML document that can be encoded as UTF-8."""
@@ -70,7 +68,8 @@ def figure(rgb: NDArray[np.uint8], caption: str, *, photo: bool = False) -> str:
     """Return a picture with its caption, embedded as PNG or, for a photo, as the smaller JPEG."""
     import cv2
 
-    kind, options = ("jpeg", [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]) if photo else ("png", [])
+    # [%] of photos
+    kind, options = ("jpeg", [cv2.IMWRITE_JPEG_QUALITY, 90]) if photo else ("png", [])
     _, encoded = cv2.imencode(f".{kind}", np.ascontiguousarray(rgb[..., ::-1]), options)
     data = base64.b64encode(encoded.tobytes()).decode()
     return (

@@ -21,8 +21,6 @@ from tactile_core.views.shading import (
     shade_heights,
 )
 
-_ENLARGED_BLUR_PX = 0.6  # Blur of an enlarged map, sigma in px of the image
-
 
 @dataclass(frozen=True)
 class Overlay:
@@ -216,7 +214,8 @@ def _enlarge_values(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], f
     size = (max(1, round(w * scale)), max(1, round(h * scale)))
     large = cv2.resize(values, size, interpolation=cv2.INTER_CUBIC)
     # the slopes of an interpolated surface show the pixel grid; a blur of half a pixel hides it
-    return np.asarray(cv2.GaussianBlur(large, (0, 0), _ENLARGED_BLUR_PX * scale)), scale
+    # [px of the image] sigma
+    return np.asarray(cv2.GaussianBlur(large, (0, 0), 0.6 * scale)), scale
 
 
 def join_texts(words: Sequence[str]) -> str:

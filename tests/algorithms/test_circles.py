@@ -148,7 +148,7 @@ def test_a_held_out_press_moves_until_centre_and_contact_agree(
     left_out, *others = bench.starts(bench.presses())
     light = fit_light(others, circles[1:])
     found = locate(left_out, light)
-    monkeypatch.setattr(finder.FINDER, "rounds", 40)
+    monkeypatch.setattr(finder, "_ROUNDS", 40)
     settled = locate(left_out, light)
     assert np.hypot(*np.subtract(found.centre_px, settled.centre_px)) < 0.03
     assert found.contact_radius_px == pytest.approx(settled.contact_radius_px, abs=0.1)

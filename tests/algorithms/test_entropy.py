@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.entropy import ENTROPY, displacement_entropy
+from tactile_core.algorithms.entropy import BIN_MM, displacement_entropy
 from tactile_core.errors import InputError
 
 
 def defined(magnitude: np.ndarray) -> float:
-    _, counts = np.unique(np.floor(magnitude / ENTROPY.bin_mm), return_counts=True)
+    _, counts = np.unique(np.floor(magnitude / BIN_MM), return_counts=True)
     share = counts / counts.sum()
     return float(-(share * np.log2(share)).sum())
 
@@ -42,7 +42,7 @@ def test_uniform_motion_has_no_entropy(size_mm: float, angle: float) -> None:
 
 @given(st.integers(1, 8))
 def test_a_uniform_histogram_has_the_logarithm_of_its_bins(power: int) -> None:
-    size = (np.arange(2**power) + 0.5) * ENTROPY.bin_mm
+    size = (np.arange(2**power) + 0.5) * BIN_MM
     assert displacement_entropy(np.tile(size, (4, 1))) == pytest.approx(power)
 
 
@@ -71,8 +71,8 @@ def test_marker_noise_of_a_tenth_of_a_pixel_gives_about_one_and_a_half_bits() ->
 @pytest.mark.parametrize(
     ("shape", "mask", "bin_mm"),
     [
-        ((5, 5, 3), None, ENTROPY.bin_mm),
-        ((5, 5), (4, 5), ENTROPY.bin_mm),
+        ((5, 5, 3), None, BIN_MM),
+        ((5, 5), (4, 5), BIN_MM),
         ((5, 5), None, 0.0),
         ((0, 5), None, 1.0),
     ],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from experiments.relative_load import clips, correlations
-from tactile_core.builtin.contact import LOAD, Load
+from tactile_core.builtin.contact import THICKNESS_SHARE, Load
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.pipeline import Pipeline
@@ -87,7 +87,7 @@ def test_a_gel_of_unknown_thickness_is_taken_as_a_share_of_the_view() -> None:
     pixels = rng.integers(90, 110, (480, 640, 3)).astype(np.uint8)
     reference = Reference(np.full(pixels.shape, 100, np.float32), ("red", "green", "blue"))
     frame = Frame(pixels, reference.channels, profile.image.mm_per_px)
-    share_mm = LOAD.thickness_share * 640 * profile.image.mm_per_px
+    share_mm = THICKNESS_SHARE * 640 * profile.image.mm_per_px
 
     def found(thickness_mm: float | None) -> float:
         gel = profile.gel.model_copy(update={"thickness_mm": thickness_mm})

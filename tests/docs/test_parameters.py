@@ -7,6 +7,8 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
+from functools import reduce
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -82,3 +84,17 @@ def test_a_number_without_a_comment_is_found() -> None:
     text = "# [mm] Depth\nDEEP = 2.0\nDEEPER = 3.0\n\nBARE = 4\nSIDE = 5  # count\n"
     found = dict(_numbers(ast.parse(text).body, text))
     assert [name for name, said in found.items() if not said] == ["BARE"]
+
+
+PAGE = (ROOT / "docs" / "reference" / "parameters.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "value"),
+    re.findall(r"^\| `([\w.]+)` \| `([\w.]+)` \| ([\d.]+) \|", PAGE, re.M),
+)
+def test_the_page_of_parameters_states_the_numbers_of_the_code(
+    module: str, name: str, value: str
+) -> None:
+    held = reduce(getattr, name.split("."), import_module(f"tactile_core.{module}"))
+    assert held == float(value)

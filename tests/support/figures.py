@@ -2,8 +2,8 @@
 
 A page of the documentation may state three kinds of figures:
 
-- a *measured* one, as the text of a link to the section of ``docs/reference/accuracy.md`` or
-  ``docs/reference/performance.md`` that contains the same text: ``[1.2°](accuracy.md#six-leds)``;
+- a *measured* one, as the text of a link to the section of a page of :data:`EVIDENCE` that contains
+  the same text: ``[1.2°](accuracy.md#six-leds)``;
 - a *fact* (a setting, a dimension, a number from a paper), listed for its page in
   ``tests/docs/facts.yaml``;
 - any figure, in a decision with the note :data:`OF_ITS_TIME`: it is a record and is not updated.
@@ -17,7 +17,11 @@ import posixpath
 import re
 from collections.abc import Callable, Iterable, Iterator
 
-EVIDENCE = ("docs/reference/accuracy.md", "docs/reference/performance.md")
+EVIDENCE = (
+    "docs/reference/accuracy.md",
+    "docs/reference/performance.md",
+    "docs/reference/parameters.md",
+)
 OF_ITS_TIME = (
     "*Figures are those of the decision; [accuracy](../reference/accuracy.md) and "
     "[performance](../reference/performance.md) hold today's.*"

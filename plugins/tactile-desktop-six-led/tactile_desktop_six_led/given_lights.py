@@ -14,25 +14,6 @@ from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.calibration import Calibration, Compensation
 from tactile_core.quantities import Float32, Frame, Gradients, Reference
 
-_ROUNDS = 12  # [count] Iterations of reweighted least squares
-# [share of the mean intensity] Residual of a light at which its weight is one half
-_TOLERANCE = 0.03
-_BLOCK_PX = 1 << 14  # [count] Pixels that are solved together: limits memory and changes no result
-# [count] With at least this many lights, the first solution leaves out the darkest and the
-# brightest light of each pixel: mathematics; three lights have to remain
-_LIGHTS_TO_DROP_EXTREMES = 5
-# [weight] Weight of a light that the first solution leaves out: keeps the equations regular
-_DROPPED_WEIGHT = 1e-6
-# [slope] Steeper slopes are limited to this one: normals at right angles to the camera have no
-# finite slope
-_STEEPEST = 5.0
-# [z of the unit normal] Lower limit of the denominator of a slope: avoids a division by zero
-_LEAST_FACING = 1e-3
-# [share of full scale] Lower limit of the reference in the quotient of frame and reference: avoids
-# a division by zero
-_DARKEST_LEVEL = 1e-3
-
-
 _TINY = 1e-9  # Keeps denominators and equations regular
 
 _FILE = "directions.npz"
@@ -73,7 +54,7 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
     .. [2] P. W. Holland and R. E. Welsch, "Robust regression using iteratively reweighted
        least-squares", Communications in Statistics 6(9), 1977.
     """
-    block = _BLOCK_PX
+    block = 1 << 14  # [pixels] bounds memory
     blocks = [
         _solve_normals(intensity[start : start + block].astype(np.float64), directions)
         for start in range(0, len(intensity), block)
@@ -85,14 +66,16 @@ def robust_normals(intensity: Float32, directions: Float32) -> Float32:
 
 def _solve_normals(intensity: NDArray[np.float64], directions: Float32) -> NDArray[np.float64]:
     weights = np.ones_like(intensity)
-    if intensity.shape[1] >= _LIGHTS_TO_DROP_EXTREMES:
+    if intensity.shape[1] >= 5:  # three remain without the extremes
         order = np.argsort(intensity, axis=1)
-        np.put_along_axis(weights, order[:, [0, -1]], _DROPPED_WEIGHT, axis=1)
+        # [weight] The equations stay regular
+        np.put_along_axis(weights, order[:, [0, -1]], 1e-6, axis=1)
     scale = np.maximum(intensity.mean(axis=1, keepdims=True), _TINY)
     normals = _solve_weighted(intensity, directions, weights)
-    for _ in range(_ROUNDS):
+    for _ in range(12):  # [reweightings]
         residual = (intensity - normals @ directions.T) / scale
-        normals = _solve_weighted(intensity, directions, 1 / (1 + (residual / _TOLERANCE) ** 2))
+        # [share of the mean intensity] There a light has half its weight
+        normals = _solve_weighted(intensity, directions, 1 / (1 + (residual / 0.03) ** 2))
     return normals
 
 
@@ -140,13 +123,14 @@ class GivenLights(Calibration):
                 f"the profile has {len(self._directions)} lights and the frame {lights} channels; "
                 f"give one light per channel"
             )
-        level = np.maximum(reference.pixels, _DARKEST_LEVEL * reference.full_scale)
+        level = np.maximum(reference.pixels, 1e-3 * reference.full_scale)  # no division by zero
         facing = self._directions[:, 2] if np.ptp(reference.pixels) else np.float32(1)
         light = (frame.pixels / level * facing).reshape(-1, lights)
         normals = robust_normals(light.astype(np.float32), self._directions)
-        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], _LEAST_FACING)
+        slopes = -normals[:, :2] / np.maximum(normals[:, 2:], 1e-3)  # no division by zero
         steep = np.hypot(slopes[:, 0], slopes[:, 1])
-        slopes *= np.minimum(1, _STEEPEST / np.maximum(steep, _TINY))[:, None]
+        # [slope] Normals at right angles to the camera have no finite one
+        slopes *= np.minimum(1, 5.0 / np.maximum(steep, _TINY))[:, None]
         planes = slopes.T.reshape(2, height, width)
         valid = (normals[:, 2] > 0).reshape(height, width)
         gx, gy = (np.ascontiguousarray(plane, np.float32) for plane in planes)

@@ -15,28 +15,10 @@ Float32 = NDArray[np.float32]
 Float = NDArray[np.float64]
 
 
-_SAMPLES = 3_000  # [count] Pixels that are drawn from the training samples
-# [ratio] Standard deviation of a common gain that is applied to a copy of each pixel, so that the
-# fit does not depend on the albedo: no script derives it. See ADR 15
-_GAIN_SIGMA = 0.03
-# [count] Evaluations of the objective, at most, before and after the noise is known
-_FIRST_ROUNDS = 4
-_ROUNDS = 12
-# [standard deviations of the noise] Larger errors count by their root (Huber's loss): 95 %
-# efficiency under Gaussian noise [1]_
-_HUBER_SIGMAS = 1.345
 # [distance of normal_xy] Lower limit of the same, for data without noise: the slope of one grey
 # level on recordings
 _LEAST_HUBER = 0.005
 _RIDGE = 0.03  # [weight] Penalty of the light field's distance from its start
-# [weight] The same for exponents. It is stronger, for exponents and directions are correlated over
-# the slopes of a ball (ADR 15)
-_EXPONENT_RIDGE = 1.0
-# [weight per sample] Ridge penalty of the linear start: keeps the equations regular
-_START_RIDGE = 1e-4
-
-
-_PER_MEDIAN = 1.4826  # Standard deviation over the median of the absolute value, of Gaussian noise
 
 
 def fit_light_field(
@@ -75,10 +57,11 @@ def fit_light_field(
     """
     from scipy.optimize import least_squares
 
-    pick = np.random.default_rng(seed).permutation(len(features))[:_SAMPLES]
+    pick = np.random.default_rng(seed).permutation(len(features))[:3_000]  # [pixels] enough
     # Copies with another gain have the same normals: the fit has to be independent of albedo.
     rng = np.random.default_rng(seed)
-    copies = 1 + _GAIN_SIGMA * rng.standard_normal(len(pick))
+    # [ratio] A common gain of each copy, so that the fit does not depend on the albedo (ADR 15)
+    copies = 1 + 0.03 * rng.standard_normal(len(pick))
     gain = np.concatenate([np.ones(len(pick)), copies])
     pick = np.concatenate([pick, pick])
     change = (features[pick, :-2] + 1.0) * gain[:, None] - 1
@@ -88,11 +71,12 @@ def fit_light_field(
     logs = np.log(np.maximum(change + 1, LEAST_RATIO))
     start = _linear_start(change, terms, target)
     penalty = np.full(len(start), _RIDGE)
-    penalty[:lights] = _EXPONENT_RIDGE
+    # Stronger: exponents and directions are correlated over the slopes of a ball (ADR 15)
+    penalty[:lights] = 1.0
 
     pressed = np.asarray(tilted & target.any(axis=1), np.float64)
     found = start
-    for rounds in (_FIRST_ROUNDS, _ROUNDS):
+    for rounds in (4, 12):  # [evaluations] at most, before and after the noise is known
         fit = _Objective(logs, terms, target, pressed, start, penalty)
         fit = replace(fit, huber=fit.noise_limit(found))
         found = least_squares(fit.error, found, fit.jacobian, max_nfev=rounds).x
@@ -130,8 +114,9 @@ class _Objective:
     def noise_limit(self, parameters: Float) -> float:
         """Return the distance where the noise ends, from the errors under a press."""
         missed, _, _ = self._residual(*_unpack_parameters(parameters, self.logs.shape[1]))
-        sigma = _PER_MEDIAN * np.median(np.abs(missed[self.target.any(axis=1)]))
-        return max(_LEAST_HUBER, _HUBER_SIGMAS * float(sigma))
+        sigma = regression.sigma_of(missed[self.target.any(axis=1)].ravel())
+        # [sigmas] 95 % efficiency under Gaussian noise [1]_
+        return max(_LEAST_HUBER, 1.345 * sigma)
 
     def error(self, parameters: Float) -> Float:
         """Return (2 N + P,) residuals of normal_xy with Huber's loss, and of the penalty."""
@@ -182,7 +167,8 @@ def _robust(missed: Float, huber: float) -> Float:
 
 def _linear_start(change: Float, terms: Float, target: Float32) -> Float:
     design = (terms[:, :, None] * change[:, None, :]).reshape(len(terms), -1)
-    normal = design.T @ design + _START_RIDGE * len(design) * np.eye(design.shape[1])
+    # [weight per sample] The equations stay regular
+    normal = design.T @ design + 1e-4 * len(design) * np.eye(design.shape[1])
     across = np.linalg.solve(normal, design.T @ target)
     lights = change.shape[1]
     return np.concatenate([np.ones(lights), across.T.ravel(), np.zeros(3 * lights + 12)])

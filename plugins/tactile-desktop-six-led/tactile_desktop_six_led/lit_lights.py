@@ -19,25 +19,9 @@ _NORMAL = 3  # Unknowns of a normal times an albedo: the fewest lights that dete
 # [count] The darkest lights, at most so many, are left out: half of six lights around the gel are
 # behind a steep wall
 _MOST_DARK = 3
-# [share] Share of the calibration pixels whose response to a light is below its floor: above single
-# pixels of noise
-_FLOOR_QUANTILE = 0.005
 # [share] A light is dark if its response is within this share of the range from the floor to the
 # undeformed gel: width of the half-shadow on virtual units; 0.1 to 0.25 are alike
 _DARK_SHARE = 0.15
-# [ratio] Slopes below this share of those at which half of the calibration pixels have turned away
-# from a light are too gentle to turn away: noise and the width of the half-shadow on virtual units;
-# 0.6 to 0.75 are alike
-_SHADED_SHARE = 0.7
-_RIDGE = 1e-4  # [weight per sample] Ridge penalty: keeps the equations regular
-# [count] Levels of steepness at which the model may take over: finer than what the result depends
-# on
-_BINS = 20
-# [share] The model takes over only if that lowers the error by so much: less is chance
-_LEAST_GAIN = 0.01
-# [ratio] The model takes over entirely where slopes are steeper by this ratio: avoids a step in the
-# slopes
-_RAMP = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +79,8 @@ class LitLights:
         """
         own = self(response, position)
         length = np.linalg.norm(own, axis=0)
-        share = np.clip((length / self.begins - 1) / (_RAMP - 1), 0, 1)
+        # from where it begins to where it takes over, a tenth steeper: no step in the slopes
+        share = np.clip((length / self.begins - 1) / 0.1, 0, 1)
         share[length < self.shaded] = 1
         share = np.where(self.find_lit(response).all(axis=0), 0, share).astype(np.float32)
         return np.asarray(fitted + share * (own - fitted), np.float32)
@@ -136,7 +121,8 @@ def fit_lit_lights(
         The true components of the normal, and those of the light field.
     """
     lights = len(response)
-    floors = np.quantile(response, _FLOOR_QUANTILE, axis=1).astype(np.float32)
+    # [share] above single pixels of noise
+    floors = np.quantile(response, 0.005, axis=1).astype(np.float32)
     most = min(_MOST_DARK, lights - _NORMAL)
     dark = [set(some) for n in range(most + 1) for some in combinations(range(lights), n)]
     sets = np.array([[k not in some for k in range(lights)] for some in dark])
@@ -149,12 +135,14 @@ def fit_lit_lights(
             np.count_nonzero(seen), terms.shape[1] * np.count_nonzero(lit)
         )
         # a set that no calibration pixel shows gets zeros
-        weight = _RIDGE * max(1, len(design))
+        weight = 1e-4 * max(1, len(design))  # [weight per sample] the equations stay regular
         normal = design.T @ design + weight * np.eye(design.shape[1])
         found = np.linalg.solve(normal, design.T @ normal_xy[seen])
         rows[number][:, :, lit] = found.T.reshape(2, terms.shape[1], -1)
     dark_at = np.linalg.norm(normal_xy[~bright.all(axis=0)], axis=1)
-    shaded = float(np.median(dark_at)) * _SHADED_SHARE if len(dark_at) else 0.0
+    # [ratio] Gentler slopes do not turn away: noise and the half-shadow on virtual units; 0.6 to
+    # 0.75 are alike
+    shaded = float(np.median(dark_at)) * 0.7 if len(dark_at) else 0.0
     model = LitLights(floors, sets, rows, np.inf, shaded)
     own = model(response, position).T
     return replace(model, begins=_begins(normal_xy, fitted, own))
@@ -164,9 +152,9 @@ def _begins(normal_xy: Float32, fitted: Float32, own: Float32) -> float:
     """Return the steepness at which changing from one model to the other errs least."""
     steep = np.linalg.norm(normal_xy, axis=1)
     wrong = [np.linalg.norm(model - normal_xy, axis=1) for model in (fitted, own)]
-    limits = np.linspace(0.5, 1, _BINS) * steep.max()
+    limits = np.linspace(0.5, 1, 20) * steep.max()  # [levels] finer than what the result depends on
     total = [wrong[0][steep < limit].sum() + wrong[1][steep >= limit].sum() for limit in limits]
     best = int(np.argmin(total))
-    if total[best] < (1 - _LEAST_GAIN) * wrong[0].sum():
+    if total[best] < 0.99 * wrong[0].sum():  # [share] a smaller gain is chance
         return float(limits[best])
     return np.inf

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]
 
-_NORMAL = 3  # Unknowns of a normal times an albedo; further lights are redundant
-
 
 @dataclass(frozen=True, eq=False)
 class Redundancy:
@@ -70,7 +68,8 @@ def fit_redundancy(response: Float32) -> Redundancy:
     kept = response
     for _ in range(5):  # the pixels that are kept change little after that
         directions, _, _ = np.linalg.svd(kept, full_matrices=False)
-        vanishing = np.ascontiguousarray(directions[:, _NORMAL:].T, np.float32)
+        # Three lights determine normal and albedo
+        vanishing = np.ascontiguousarray(directions[:, 3:].T, np.float32)
         misfit = Redundancy(vanishing, np.inf).misfit(response)
         largest = float(np.quantile(misfit, 0.8))  # steep flanks are a fifth of a ball
         kept = response[:, misfit <= largest]

@@ -24,7 +24,6 @@ from tactile_lerobot.features import Feature
 from tactile_lerobot.rows import Picture, Row, RowFile, Statistics, components, image_components
 
 _IMAGE_TYPE = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
-_GROUP_BYTES = 1 << 25  # Size of the groups of rows in which frames are written, bytes
 _NOMINAL_FPS = 30  # Rate of a data set of a single frame, Hz
 
 
@@ -266,7 +265,7 @@ def _groups(rows: RowFile) -> Iterator[tuple[int, list[Row]]]:
         group.append(row)
         size += sum(array.nbytes for array in row.arrays.values())
         size += sum(len(picture.content) for picture in row.pictures.values())
-        if size > _GROUP_BYTES:
+        if size > (1 << 25):  # [bytes] of a group of rows
             yield begin, group
             begin, group, size = begin + len(group), [], 0
     if group:

@@ -72,8 +72,6 @@ class RowFile:
 # Names and values of the quantiles.
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
-_SAMPLES_EACH = 512  # Values of a component in one row from which quantiles are estimated
-
 
 class Statistics:
     """Minimum, maximum, mean, standard deviation and quantiles of each component.
@@ -107,7 +105,7 @@ class Statistics:
             self._lowest = np.minimum(self._lowest, lowest)
             self._highest = np.maximum(self._highest, highest)
         self._rows += 1
-        self._samples.append(values[:: max(1, len(values) // _SAMPLES_EACH)])
+        self._samples.append(values[:: max(1, len(values) // 512)])  # [count]
 
     def result(self) -> dict[str, Any]:
         """Return JSON-ready lists; 0 where nothing is known."""

@@ -16,8 +16,6 @@ from tactile_core.quantities.fields import Field
 from tactile_rosbag.si_units import si_unit
 from tactile_rosbag.wrenches import RosWrench
 
-_NS = 1_000_000_000
-_FLOAT32 = 7  # `sensor_msgs/PointField.FLOAT32`
 _BIGGEST_CHANNELS = 4  # Largest number of components of a pixel in an image of floats
 
 
@@ -46,7 +44,7 @@ class Message(NamedTuple):
 
 def header_of(stamp_ns: int, frame_id: str) -> Any:
     """Return a ``std_msgs/Header``."""
-    seconds, rest = divmod(stamp_ns, _NS)
+    seconds, rest = divmod(stamp_ns, 1_000_000_000)  # [ns/s]
     stamp = _make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
     return _make("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id)
 
@@ -96,8 +94,9 @@ def points_message(points_mm: NDArray[np.float32], head: Any) -> Message:
     """Return (H, W, 3) points as an organised ``PointCloud2`` in metres."""
     points = np.ascontiguousarray((points_mm.astype(np.float64) * 1e-3).astype("<f4"))
     rows, columns = points.shape[:2]
+    # FLOAT32 of sensor_msgs/PointField
     fields = [
-        _make("sensor_msgs/msg/PointField", name=n, offset=4 * i, datatype=_FLOAT32, count=1)
+        _make("sensor_msgs/msg/PointField", name=n, offset=4 * i, datatype=7, count=1)
         for i, n in enumerate("xyz")
     ]
     kind = "sensor_msgs/msg/PointCloud2"

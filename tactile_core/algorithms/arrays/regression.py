@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -16,10 +17,6 @@ from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
-
-_PLANE = 1e-3  # Weight of planes in a penalty of curvature: keeps the equations regular
-
-_HIGHEST_ORDER = 8  # Higher orders in a file are refused: no model has them
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +67,8 @@ class PolynomialFit:
         count = len(fit.mean)
         if not fit.mean.shape == fit.std.shape == (count,):
             raise ValueError("mean and std are not one number per feature")
-        terms_ = comb(count + fit.order, count) if 0 <= fit.order <= _HIGHEST_ORDER else None
+        # No model has a higher order
+        terms_ = comb(count + fit.order, count) if 0 <= fit.order <= 8 else None
         if fit.coefficients.ndim != 2 or len(fit.coefficients) != terms_:
             raise ValueError("the coefficients are not those of a polynomial of this order")
         return fit
@@ -172,7 +170,7 @@ def fit_polynomial(
     penalty = np.ones(a.shape[1])
     if curvature_only:
         degree = degrees(len(mean), order)
-        penalty = np.maximum((degree * (degree - 1) / 2) ** 2, _PLANE)
+        penalty = np.maximum((degree * (degree - 1) / 2) ** 2, 1e-3)  # planes count little
     penalty *= ridge
     if variation:
         penalty += variation * place_factors(len(mean), order)
@@ -187,8 +185,7 @@ def fit_polynomial(
     return PolynomialFit(mean, std, coefficients.astype(np.float32), order)
 
 
-# Standard deviation of a normal distribution over the median absolute value, 1 / 0.6745.
-SIGMA_PER_MEDIAN = 1.4826
+ONE_SIGMA = math.erf(math.sqrt(0.5))  # Share of normal errors below one standard deviation
 
 
 def quantile(values: NDArray[Any], share: float) -> float:
@@ -216,7 +213,7 @@ def sigma_of(residuals: NDArray[Any]) -> float:
     .. [1] F. R. Hampel, "The influence curve and its role in robust estimation", Journal of the
        American Statistical Association 69(346), 1974.
     """
-    return SIGMA_PER_MEDIAN * quantile(np.abs(residuals), 0.5)
+    return 1.4826 * quantile(np.abs(residuals), 0.5)  # 1 / 0.6745, of a normal distribution
 
 
 def narrowest(ordered: Array, count: int) -> tuple[NDArray[np.intp], Array]:

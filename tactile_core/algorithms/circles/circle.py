@@ -40,18 +40,9 @@ class Circle:
         return not self.why
 
 
-class SYMMETRY:
-    """Parameters of the search for the centre of symmetry.
-
-    Nothing sets them from outside: they are relative to the radius of the ball.
-    """
-
-    # [ball radii] Radius of the window around that place, and width over which it falls to 0.
-    window_radii = 1.6
-    taper_radii = 0.4
-
-
-_EXCLUDED = -2.0  # Score of points that are too far away; scores are from −1 to 1
+# [ball radii] Radius of the window around that place, and width over which it falls to 0.
+_WINDOW_RADII = 1.6
+_TAPER_RADII = 0.4
 
 
 def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]:
@@ -79,16 +70,14 @@ def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]
     energy = cv2.GaussianBlur(change.energy, (0, 0), 0.7 * ball_radius)
     peak_y, peak_x = np.unravel_index(int(np.argmax(energy)), energy.shape)
     # Nothing outside the window counts: transforming a section is faster.
-    reach = int(np.ceil(SYMMETRY.window_radii * ball_radius))
+    reach = int(np.ceil(_WINDOW_RADII * ball_radius))
     top, left = max(0, int(peak_y) - reach), max(0, int(peak_x) - reach)
     section = np.s_[top : int(peak_y) + reach + 1, left : int(peak_x) + reach + 1]
     values, weight = values[section], change.weight[section]
     h, w = weight.shape
     px, py = int(peak_x) - left, int(peak_y) - top
-    inside = SYMMETRY.window_radii - np.hypot(np.arange(w) - px, np.arange(h)[:, None] - py) / (
-        ball_radius
-    )
-    window = np.clip(inside, 0, SYMMETRY.taper_radii) / SYMMETRY.taper_radii
+    inside = _WINDOW_RADII - np.hypot(np.arange(w) - px, np.arange(h)[:, None] - py) / (ball_radius)
+    window = np.clip(inside, 0, _TAPER_RADII) / _TAPER_RADII
     size = (2 * h, 2 * w)
     spectrum = np.fft.rfft2(values * window[..., None], size, axes=(0, 1))
     odd = np.fft.irfft2((spectrum**2).sum(2), size)
@@ -99,12 +88,12 @@ def odd_centre(change: PressChange, ball_radius: float) -> tuple[Float64, float]
     score = -odd / np.maximum(even, 0.25 * even.max() + 1e-12)
     far = np.hypot(np.arange(2 * w) / 2 - px, np.arange(2 * h)[:, None] / 2 - py)
     # [ball radii] Largest distance of the centre from that place
-    score[far > 0.8 * ball_radius] = _EXCLUDED
+    score[far > 0.8 * ball_radius] = -np.inf
     j, i = np.unravel_index(int(np.argmax(score)), score.shape)
     peak = np.array([i, j], float)
     if 0 < i < 2 * w - 1 and 0 < j < 2 * h - 1:
         lines = score[j, i - 1 : i + 2], score[j - 1 : j + 2, i]
-        peak += [vertex(line) if line.min() > _EXCLUDED else 0.0 for line in lines]
+        peak += [vertex(line) if np.isfinite(line).all() else 0.0 for line in lines]
     return peak / 2 + (left, top), float(score[j, i])
 
 

@@ -12,17 +12,10 @@ from tactile_core.algorithms.circles.light import LightModel, fit, orders_for
 from tactile_core.algorithms.circles.press_fit import PRESS_FIT, PressFit
 from tactile_core.algorithms.circles.start import Sighting, Start, darkens
 
-
-class FINDER:
-    """Parameters of the joint fit of circles and light.
-
-    Nothing sets them from outside: they are relative to the radius of the ball or the residuals.
-    """
-
-    rounds = 14  # [count] Rounds of fitting the light to the presses, and the presses to the light
-    # [count] First rounds: with a light of low orders, and one contact radius for all. Otherwise
-    # light and contact explain each other.
-    first_rounds = 4
+_ROUNDS = 14  # [count] Rounds of fitting the light to the presses, and the presses to the light
+# [count] First rounds: with a light of low orders, and one contact radius for all. Otherwise
+# light and contact explain each other.
+_FIRST_ROUNDS = 4
 
 
 def find_circles(
@@ -48,10 +41,10 @@ def find_circles(
     begun = [_begin(start, s) for start, s in zip(starts, sightings, strict=True)]
     fits = {i: one for i, one in enumerate(begun) if not reasons[i]}
     light: LightModel | None = None
-    for number in range(FINDER.rounds):
+    for number in range(_ROUNDS):
         if not fits:
             break
-        first = number < FINDER.first_rounds
+        first = number < _FIRST_ROUNDS
         light = _fit_light(fits.values(), low=first, fades=fades, before=light)
         for one in fits.values():
             one.move(one.fit_step(light, free=2 if first else 4))
@@ -61,7 +54,7 @@ def find_circles(
                 reasons[i] = reason
                 del fits[i]
         if progress is not None:
-            progress((number + 1) / FINDER.rounds)
+            progress((number + 1) / _ROUNDS)
     return [
         fits[i].circle() if i in fits else _exclude_sighting(sighting, reason)
         for i, (sighting, reason) in enumerate(zip(sightings, reasons, strict=True))
@@ -88,8 +81,8 @@ def fit_light(starts: Sequence[Start], circles: Sequence[Circle]) -> LightModel:
 def locate(start: Start, light: LightModel) -> Circle:
     """Find the circle of one press with a light that was fitted to other presses."""
     fitted = _begin(start, start.choose_sighting(darkens=light.darkens))
-    for number in range(FINDER.rounds):
-        fitted.move(fitted.fit_step(light, free=2 if number < FINDER.first_rounds else 4))
+    for number in range(_ROUNDS):
+        fitted.move(fitted.fit_step(light, free=2 if number < _FIRST_ROUNDS else 4))
     return fitted.circle()
 
 

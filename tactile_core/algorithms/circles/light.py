@@ -14,21 +14,6 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.press import PressChange
 
 
-class LIGHT:
-    """Parameters of the fit of the light.
-
-    Nothing sets them from outside: the number of presses decides the orders.
-    """
-
-    # [count] Reweightings; fewer where the light of nearly the same centres is known.
-    rounds = 3
-    rounds_again = 1
-    # [count] Below the first the model is quadratic in the normal and uniform over the image;
-    # from the second on it is quadratic in the position.
-    few_presses = 4
-    many_presses = 12
-
-
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Pixels on a ball, one per column.
@@ -189,10 +174,11 @@ def fit(
     # (``experiments/circle_finding.py``), among 1e-7 to 1e-4.
     penalty = 1e-5 * pixels * np.eye(count)
     coefficients = np.zeros((count, len(change)))
-    weight, residual, rounds = np.ones(pixels, np.float32), 1.0, LIGHT.rounds
+    # [reweightings] fewer where the light of nearly the same centres is known
+    weight, residual, rounds = np.ones(pixels, np.float32), 1.0, 3
     predicted = np.zeros_like(change)
     if before is not None and before.coefficients.shape == coefficients.shape:
-        coefficients, rounds = before.coefficients.copy(), LIGHT.rounds_again
+        coefficients, rounds = before.coefficients.copy(), 1
         predicted = coefficients.T.astype(np.float32) @ products
         residual, weight = _cauchy(residuals(predicted, change, precision, saturated))
     weighted = np.empty_like(products)
@@ -233,6 +219,6 @@ def residuals(predicted: Float32, change: Float32, precision: Float32, saturated
 
 def orders_for(presses: int) -> tuple[int, int]:
     """Degrees in the normal and in the position that this number of presses determines."""
-    if presses < LIGHT.few_presses:
+    if presses < 4:  # then quadratic in the normal, and uniform over the image
         return 2, 0
-    return (3, 1) if presses < LIGHT.many_presses else (3, 2)
+    return (3, 1) if presses < 12 else (3, 2)  # from 12 presses on quadratic in the position

@@ -15,19 +15,10 @@ from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
 from tactile_core.algorithms.drift import LEVELS
 
-
-class PRESS_CHANGE:
-    """Parameters of the preparation of presses.
-
-    Nothing sets them from outside: the working scale makes them independent of the sensor.
-    """
-
-    blur_px = 0.7  # [working px] Standard deviation of the smoothing
-    # [ratio] Lower bound of the sum of weights under the smoothing, against division by zero.
-    least_blur_weight = 1e-6
-    # [logarithm of the intensity] Error of the light model; a pixel whose noise is larger counts
-    # less. Source: by hand, on virtual units (``experiments/circle_finding.py``).
-    model_error = 0.025
+_BLUR_PX = 0.7  # [working px] Standard deviation of the smoothing
+# [logarithm of the intensity] Error of the light model; a pixel whose noise is larger counts
+# less. Source: by hand, on virtual units (``experiments/circle_finding.py``).
+_MODEL_ERROR = 0.025
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +129,7 @@ class PressChange:
     @property
     def noise_variance(self) -> Float32:
         """(h, w, K) variance of :attr:`weighted` by the noise of the camera alone."""
-        return np.asarray(PRESS_CHANGE.model_error**2 * (1 - self.precision) / self.grain_px2)
+        return np.asarray(_MODEL_ERROR**2 * (1 - self.precision) / self.grain_px2)
 
     def subtract_drift(self, drift: Float64) -> PressChange:
         """Subtract a change (K,) of the whole image."""
@@ -158,9 +149,7 @@ class PressChange:
         # taken. Source: by hand, on virtual units (``experiments/circle_finding.py``).
         blur_px = 0.08 * ball_radius
         weight = self.precision * self.weight[..., None]
-        mean = (self.values * weight).sum(2) / np.maximum(
-            weight.sum(2), PRESS_CHANGE.least_blur_weight
-        )
+        mean = (self.values * weight).sum(2) / np.maximum(weight.sum(2), 1e-6)
         smooth = _masked_blur(mean[..., None], self.weight, blur_px)[..., 0]
         x, y = (
             cv2.Sobel(smooth, cv2.CV_32F, *way, ksize=1, borderType=cv2.BORDER_REPLICATE)
@@ -173,7 +162,7 @@ class PressChange:
             precision=np.ones_like(along),
             weight=np.asarray(cv2.erode(self.weight, np.ones((3, 3))), np.float32),
             saturated=np.zeros(along.shape, np.bool_),
-            grain_px2=_grain_px2(PRESS_CHANGE.blur_px, blur_px),
+            grain_px2=_grain_px2(_BLUR_PX, blur_px),
         )
 
     def to_working(self, xy: Float64) -> Float64:
@@ -244,14 +233,14 @@ def change_of(press: PressImage, scale: float) -> PressChange:
     offset = noise + np.float32(1.0) * undeformed
     ratio = np.log((np.maximum(frame, 0) + offset) / (undeformed + offset))
     relative = noise / (undeformed + offset)
-    precision = np.asarray(1 / (1 + (relative / PRESS_CHANGE.model_error) ** 2), np.float32)
+    precision = np.asarray(1 / (1 + (relative / _MODEL_ERROR) ** 2), np.float32)
     return PressChange(
-        _masked_blur(ratio, weight, PRESS_CHANGE.blur_px),
+        _masked_blur(ratio, weight, _BLUR_PX),
         precision,
         weight,
         saturated,
         float(np.median(reference)),
-        _grain_px2(PRESS_CHANGE.blur_px),
+        _grain_px2(_BLUR_PX),
         np.divide(weight.shape[::-1], press.reference.shape[1::-1]),
     )
 
@@ -299,6 +288,6 @@ def _find_dark_holes(saturated: Bool, plane: Float32) -> Bool:
 
 
 def _masked_blur(image: Float32, weight: Float32, blur_px: float) -> Float32:
-    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), PRESS_CHANGE.least_blur_weight)
+    total = np.maximum(cv2.GaussianBlur(weight, (0, 0), blur_px), 1e-6)
     blurred = cv2.GaussianBlur(image * weight[..., None], (0, 0), blur_px)
     return np.asarray(blurred.reshape(image.shape) / total[..., None])

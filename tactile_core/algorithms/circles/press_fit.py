@@ -33,10 +33,6 @@ class PRESS_FIT:
     # tail times as much as a normal distribution. Source: by hand, on virtual units
     # (``experiments/circle_finding.py``).
     tail = 0.3
-    # [ratio] Standard deviations over those by the disagreement of the sectors. Source: virtual
-    # units (``experiments/circle_finding.py``), for a coverage of 68 %.
-    centre_factor = 2.5
-    radius_factor = 7.4
 
 
 @dataclass(eq=False)
@@ -202,13 +198,15 @@ class PressFit:
     @property
     def centre_std(self) -> float:
         """Standard deviation of a coordinate of the centre, in ball radii."""
-        return PRESS_FIT.centre_factor * float(np.sqrt(np.trace(self.covariance[:2, :2]) / 2))
+        # [ratio] Over the disagreement of the sectors, for a coverage of 68 % on virtual units
+        # (``experiments/circle_finding.py``)
+        return 2.5 * float(np.sqrt(np.trace(self.covariance[:2, :2]) / 2))
 
     def circle(self) -> Circle:
         """Return the circle in image coordinates."""
         x, y = self.change.to_image(self.centre)
         ball_px = self.ball / self.change.scale
-        radius_std = PRESS_FIT.radius_factor * float(np.sqrt(self.covariance[2, 2]))
+        radius_std = 7.4 * float(np.sqrt(self.covariance[2, 2]))  # [ratio] as for the centre
         return Circle(
             (float(x), float(y)),
             self.contact * ball_px,

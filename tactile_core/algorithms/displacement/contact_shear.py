@@ -120,16 +120,6 @@ def _offsets(count: int) -> Float64:
     return np.asarray(offsets)
 
 
-# [gel thicknesses] Margin of the periodic grid around the image: a bonded layer decays within about
-# one thickness
-_MARGIN_THICKNESSES = 0.75
-# [cells] Added to the distance from the border, so that the singular traction stays finite: less
-# than one cell
-_BLUNTING_CELLS = 0.7
-# [cells] A smaller contact has no border that the grid resolves: a square of two cells
-_MIN_CONTACT_CELLS = 4.0
-
-
 @dataclass(frozen=True, eq=False)
 class ElasticFields:
     """The displacement fields of one contact: shear in x and y, torsion and expansion.
@@ -210,7 +200,8 @@ class ElasticShear:
         elastomer: Elastomer,
     ) -> None:
         width_mm, height_mm = mm_per_px * grid.cell_px
-        margin_mm = _MARGIN_THICKNESSES * elastomer.thickness_mm
+        # [thicknesses] A bonded layer decays within about one
+        margin_mm = 0.75 * elastomer.thickness_mm
         margins = (int(np.ceil(margin_mm / side)) for side in (height_mm, width_mm))
         self._margin = top, left = tuple(margins)
         rows, columns = grid.shape
@@ -239,7 +230,7 @@ class ElasticShear:
         ElasticFields or None
             None for a contact of less than four cells.
         """
-        if contact.sum() < _MIN_CONTACT_CELLS:
+        if contact.sum() < 4.0:  # [cells] the grid resolves no border
             return None
         traction, x_mm, y_mm = self._traction(contact)
         (rows, columns), (top, left) = contact.shape, self._margin
@@ -259,7 +250,7 @@ class ElasticShear:
         wide = cv2.copyMakeBorder(contact, top, bottom, left, right, cv2.BORDER_REPLICATE)
         inside = np.asarray(wide > 0.5).view(np.uint8)
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_5)
-        blunting = _BLUNTING_CELLS
+        blunting = 0.7  # [cells] the singular traction at the border stays finite
         traction = np.asarray(wide / np.sqrt(depth + np.float32(blunting)), np.float32)
         along_x, along_y = traction.sum(0), traction.sum(1)
         total = along_x.sum()

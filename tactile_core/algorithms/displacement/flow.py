@@ -12,22 +12,7 @@ from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Float32
 
-_LONGEST_SIDE_PX = 320  # [px] The image is reduced to this length: for speed (ADR 27)
-_DETAIL_PX = 6.0  # [px] Standard deviation of the Gaussian high-pass filter
-# [px] Side of the box filter, applied twice, that averages the energy of the imprint
-_WINDOW_PX = 29
 _FAINT_RMS = 0.006  # [share of full scale] RMS of an imprint at which its weight is one half
-# [grey levels] Mean, and standard deviation of a strong imprint, in the normalised image: the
-# middle of 8 bits; three standard deviations are within them
-_GREY = 128.0
-_CONTRAST = 40.0
-# [ratio] Margin by which the noise energy that is subtracted exceeds its estimate
-_NOISE_FACTOR = 1.2
-_SAMPLE_STEP_PX = 3  # [px] Every how many pixels the noise is sampled: for speed
-# [ratio] Regularises the normalised convolution, so that motion fades out far from any texture
-_MIN_WEIGHT = 0.1
-# [ratio] Factor by which the image is reduced before motion is extrapolated: for speed
-_SMOOTHING_REDUCTION = 4
 
 
 # Immerkær's mask, scaled so that white noise keeps its variance.
@@ -64,23 +49,26 @@ def detail(pixels: Array, full_scale: float) -> Float32:
     (h, w) float32
         Reduced to at most 320 px; 1 is the full scale.
     """
-    factor = max(1.0, max(pixels.shape[:2]) / _LONGEST_SIDE_PX)
+    factor = max(1.0, max(pixels.shape[:2]) / 320)  # [px] for speed (ADR 27)
     height, width = (max(1, round(side / factor)) for side in pixels.shape[:2])
     small = shrink_image(pixels, (width, height)).reshape(height, width, -1)
     share = np.full((1, small.shape[2]), 1 / (small.shape[2] * full_scale), np.float32)
     bright = (small.astype(np.float32) @ share[0]).astype(np.float32)
-    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), _DETAIL_PX), np.float32)
+    # [px] Standard deviation of the high-pass filter
+    return np.asarray(bright - cv2.GaussianBlur(bright, (0, 0), 6.0), np.float32)
 
 
 def imprint(now: Float32, undeformed: Float32) -> TextureImprint:
     """Return the imprint, given the :func:`detail` of a frame and of the undeformed surface."""
     change = now - undeformed
-    window = (_WINDOW_PX, _WINDOW_PX)
+    window = (29, 29)  # [px] Two boxes average the energy of the imprint
     energy = cv2.blur(cv2.blur(change * change, window), window)
     energy = np.maximum(energy - np.float32(_noise_energy(change)), 0)
     energy *= np.float32(_FAINT_RMS**-2)
-    normalised = change * (np.float32(_CONTRAST / _FAINT_RMS) / np.sqrt(energy + 1))
-    grey = np.clip(normalised + np.float32(_GREY), 0, 255).astype(np.uint8)
+    # [grey levels] Three standard deviations of a strong imprint are within 8 bits
+    normalised = change * (np.float32(40.0 / _FAINT_RMS) / np.sqrt(energy + 1))
+    # [grey levels] the middle of 8 bits
+    grey = np.clip(normalised + np.float32(128.0), 0, 255).astype(np.uint8)
     return TextureImprint(grey, np.asarray(1 - 1 / (1 + energy * energy), np.float32))
 
 
@@ -131,10 +119,11 @@ def fill_untextured(moved_px: Float32, weight: Float32, *, reach_px: float) -> F
     """
     height, width = weight.shape
     weighted = np.dstack([moved_px * weight[..., None], weight])
-    coarser = _SMOOTHING_REDUCTION
+    coarser = 4  # [ratio] for speed
     small = shrink_image(weighted, (max(1, width // coarser), max(1, height // coarser)))
     wide = cv2.GaussianBlur(small, (0, 0), reach_px / coarser)
-    around = wide[..., :2] / (wide[..., 2:] + np.float32(_MIN_WEIGHT))
+    # [weight] Motion fades out far from any texture
+    around = wide[..., :2] / (wide[..., 2:] + np.float32(0.1))
     around = cv2.resize(around, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(around + weight[..., None] * (moved_px - around), np.float32)
 
@@ -167,6 +156,6 @@ def _noise_energy(change: Float32) -> float:
     .. [1] J. Immerkær, "Fast noise variance estimation", Computer Vision and Image Understanding
        64(2), 1996.
     """
-    step = _SAMPLE_STEP_PX
+    step = 3  # [px] for speed
     residual = cv2.filter2D(change, cv2.CV_32F, _NOISE_KERNEL)[1:-1:step, 1:-1:step]
-    return float(_NOISE_FACTOR * sigma_of(residual.ravel()) ** 2)
+    return float(1.2 * sigma_of(residual.ravel()) ** 2)  # [ratio] More is subtracted than estimated

@@ -12,24 +12,10 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.shrinking import enlarge_cells, repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, nodes
 
-
-class KRIGING:
-    """Parameters of the covariance. All variances are relative to that of the field."""
-
-    # [ratio] Variance of the noise of a marker. Source: 0.1 px of 28 µm relative to a field of
-    # 0.16 mm.
-    noise_variance = 3e-4
-    # [ratio] Variance of a constant and of a linear trend of the field, per range. Source: by
-    # hand, large compared with 1, so that trends are not damped.
-    shift_variance = 1e2
-    slope_variance = 1e1
-    # [ratio] Standard deviation of the field relative to the root mean square that follows from
-    # leave-one-out residuals. The residuals have heavy tails, so that it is below 1. Source:
-    # ``benchmarks/uncertainty.py``, on virtual contacts.
-    std_share = 0.75
-    # [px] Standard deviation of the field where all markers agree. Source:
-    # ``benchmarks/uncertainty.py``, on virtual contacts; about half the noise of a marker.
-    noise_px = 0.06
+# [ratio] Variance of a constant and of a linear trend of the field, per range. Source: by
+# hand, large compared with 1, so that trends are not damped.
+_SHIFT_VARIANCE = 1e2
+_SLOPE_VARIANCE = 1e1
 
 
 class Kriging:
@@ -63,7 +49,8 @@ class Kriging:
         )
         middle = points.mean(axis=0)
         markers, points = markers - middle, points - middle
-        noise = KRIGING.noise_variance * np.eye(len(markers))
+        # [ratio] 0.1 px of 28 µm, relative to a field of 0.16 mm
+        noise = 3e-4 * np.eye(len(markers))
         covariance: Float64 = _covariance(markers, markers) + noise
         self._precision = np.asarray(np.linalg.inv(covariance), np.float64)
         between = _covariance(points, markers)
@@ -81,7 +68,9 @@ class Kriging:
         )
         means = np.kron(*shares) @ variances
         self._variances: Float32 = np.ascontiguousarray(means, np.float32)
-        self._variance_shares = KRIGING.std_share**2 / (2 * self._precision.diagonal())
+        # [ratio] The residuals have heavy tails, so that it is below 1
+        # (``benchmarks/uncertainty.py``, on virtual contacts)
+        self._variance_shares = 0.75**2 / (2 * self._precision.diagonal())
 
     def complete_values(self, values: Float64, seen: Bool) -> Float64:
         """Replace the values of unseen markers by the most likely ones, given the others.
@@ -136,14 +125,14 @@ def _covariance(a: Float64, b: Float64) -> Float64:
     from scipy.spatial.distance import cdist
 
     far = np.sqrt(3) * cdist(a, b)
-    trend = KRIGING.slope_variance * (a @ b.T)
-    return np.asarray((1 + far) * np.exp(-far) + KRIGING.shift_variance + trend, np.float64)
+    trend = _SLOPE_VARIANCE * (a @ b.T)
+    return np.asarray((1 + far) * np.exp(-far) + _SHIFT_VARIANCE + trend, np.float64)
 
 
 def _variance(points: Float64) -> Float64:
     """Diagonal of the covariance of points, (M,)."""
-    trend = KRIGING.slope_variance * (points**2).sum(axis=1)
-    return np.asarray(1 + KRIGING.shift_variance + trend, np.float64)
+    trend = _SLOPE_VARIANCE * (points**2).sum(axis=1)
+    return np.asarray(1 + _SHIFT_VARIANCE + trend, np.float64)
 
 
 def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
@@ -154,13 +143,6 @@ def _nearness(points: Float64, markers: Float64, distance: float) -> Float64:
     nearest = squared.min(axis=1, keepdims=True, initial=np.inf)
     near = np.exp((nearest - squared) / 2)
     return np.asarray(near / near.sum(axis=1, keepdims=True), np.float64)
-
-
-MOST_COUNTED = 255  # As many rows of a mask as a byte counts
-
-
-# [count] Nodes along the longer side of the image, which bound the time of a frame: for speed
-_MAX_NODES = 64
 
 
 @dataclass(frozen=True)
@@ -181,7 +163,7 @@ class CoarseGrid:
     @classmethod
     def for_image(cls, image_shape: tuple[int, int], cell_px: float) -> CoarseGrid:
         """Return a grid with cells of about this size, and at most 64 along a side."""
-        cell = max(cell_px, max(image_shape) / _MAX_NODES)
+        cell = max(cell_px, max(image_shape) / 64)  # [nodes] for speed
         rows, columns = (max(2, round(side / cell)) for side in image_shape)
         return cls((rows, columns), image_shape)
 
@@ -220,7 +202,8 @@ class CoarseGrid:
     def share(self, mask: NDArray[np.bool_]) -> Float32:
         """Share (rows, columns) of each cell that a mask (H, W) covers."""
         (rows, columns), (height, width) = self.shape, self.image_shape
-        if height % rows == width % columns == 0 and height // rows <= MOST_COUNTED:
+        # A byte counts no further
+        if height % rows == width % columns == 0 and height // rows <= 255:
             # eight pixels at once
             whole = np.uint64 if width % 8 == 0 else np.uint8
             lines = mask.view(whole).reshape(rows, height // rows, -1)

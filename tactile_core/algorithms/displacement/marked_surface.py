@@ -18,7 +18,7 @@ from tactile_core.algorithms.arrays.types import (
     rasterise_points,
 )
 from tactile_core.algorithms.displacement.contact_shear import ElasticShear
-from tactile_core.algorithms.displacement.kriging import KRIGING, CoarseGrid, Kriging
+from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.gel import POISSON_RATIO, THICKNESS_MM
 from tactile_core.errors import InputError
@@ -33,10 +33,6 @@ _CELLS_PER_PITCH = 4.0  # [count] Resolution of the coarse grid: for speed
 # [pitches] The field is valid within this distance of a marker that is seen: the distance to the
 # next marker; beyond it the field is extrapolated
 _SUPPORT_PITCHES = 1.0
-_RIDGE = 1e-3  # [ratio] Regularisation of the least-squares fit, relative to its diagonal
-# [count] Fixed-point iterations that move the field from undeformed to present positions:
-# displacements are smooth, so that two converge (ADR 27)
-_ITERATIONS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +179,9 @@ class MarkedSurface:
         return valid
 
     def _std_mm(self, weighted: Float64) -> Float32:
-        noise_mm = np.float32(KRIGING.noise_px * self._mm_per_px)
+        # [px] Where all markers agree, about half the noise of a marker
+        # (``benchmarks/uncertainty.py``, on virtual contacts)
+        noise_mm = np.float32(0.06 * self._mm_per_px)
         return np.hypot(self._kriging.std(weighted), noise_mm)
 
     def _subtract_fields(self, columns: Float64, seen: Bool) -> tuple[Float64, Float64, Float64]:
@@ -199,7 +197,8 @@ class MarkedSurface:
         products = products[::2, ::2] + products[1::2, 1::2]
         normal, right = products[:-1, :-1], products[:-1, -1]
         size = np.sqrt(np.maximum(normal.diagonal(), _TINY))
-        scaled = normal / (size * size[:, None]) + _RIDGE * np.eye(len(size))
+        # [ratio to the diagonal]
+        scaled = normal / (size * size[:, None]) + 1e-3 * np.eye(len(size))
         strength = np.linalg.solve(scaled, right / size) / size
         left = np.zeros((5, 2, 2))
         left[:-1, 0, 0] = left[:-1, 1, 1] = -strength
@@ -218,7 +217,7 @@ class MarkedSurface:
         nodes, per_mm, shape = self._half_nodes, self._per_mm, (2, *self._half_shape)
         known = grid.sample_planes(sheared, nodes.T)
         start = present = grid.sample_planes(undeformed, nodes.T)
-        for _ in range(_ITERATIONS):
+        for _ in range(2):  # smooth displacements converge in two (ADR 27)
             came_from = nodes - (known + present) * per_mm
             present = grid.sample_planes(undeformed, came_from.T)
         return grid.refine_planes((residual + (present - start)).reshape(shape))

@@ -24,21 +24,9 @@ class LAYER_FIT:
     # [ratio] Added to 1 − 2ν before its logarithm, in which displacement is nearly linear.
     # Source: virtual rigs: where the slopes on both sides of ν = 0.48 are equal.
     softness = 0.02
-    # [mm] Standard deviation of a displacement that is measured well. Source: virtual rigs:
-    # fields without contact.
-    least_noise_mm = 0.001
-    # [share] Standard deviation of the displacement that the layer predicts, relative to its
-    # size. Source: virtual rigs (``experiments/elastic_force.py``).
-    model_error = 0.1
     # [count] Steps towards the fit after the first linearisation. Source: virtual rigs: the third
     # changes the force by less than 1 %.
     steps = 2
-    # [share] Standard deviation of the factor by which the height of a light touch is wrong.
-    # Source: virtual rigs: balls of 8 to 30 mm, pressed by 0.07 to 0.6 mm.
-    light_error = 0.15
-    # [mm] Mean height in the contact of a light touch; the error falls with the square of it.
-    # Source: as above: 0.11, 0.05 and 0.02 at 0.09, 0.13 and 0.27 mm.
-    light_mm = 0.07
     # [ratio] Thickness changes at most by this factor. Source: by hand, : a profile that is
     # further off is wrong.
     greatest = 1.5
@@ -163,7 +151,9 @@ def _weight(shift_mm: Array, cell_mm: float, thickness_mm: float) -> float:
     if not shift_mm.size:
         return 0.0
     moved_mm2 = float((shift_mm**2).mean())
-    variance = LAYER_FIT.least_noise_mm**2 + LAYER_FIT.model_error**2 * moved_mm2
+    # [mm] displacements without contact on virtual rigs, and [share] the model's error there
+    # (``experiments/elastic_force.py``)
+    variance = 0.001**2 + 0.1**2 * moved_mm2
     independent = min(1.0, (cell_mm / thickness_mm) ** 2)
     return independent / variance
 
@@ -173,7 +163,9 @@ def _held_mm2(measured: Deformation, weight: float) -> float | None:
     if weight == 0:
         return None
     mean_mm = float(np.average(measured.indentation_mm, weights=measured.contact))
-    error = LAYER_FIT.light_error / max(1.0, mean_mm / LAYER_FIT.light_mm) ** 2
+    # [share] of a touch of at most 0.07 mm; the error falls with the square: virtual balls of 8 to
+    # 30 mm have 0.11, 0.05 and 0.02 at 0.09, 0.13 and 0.27 mm
+    error = 0.15 / max(1.0, mean_mm / 0.07) ** 2
     return 1 / (weight * error**2)
 
 

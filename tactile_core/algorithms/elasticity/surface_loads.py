@@ -14,16 +14,6 @@ from tactile_core.algorithms.elasticity.response import Response
 # [share of the largest compliance] Added to the normal compliance of every wave, so that noise of
 # the height does not become pressure: virtual rigs (``experiments/elastic_force.py``)
 _DAMPING = 0.004
-# [count] Steps of the conjugate gradients, at most: virtual rigs: about ten are needed
-_MOST_STEPS = 25
-# [ratio] The pressure is found when it indents the surface as measured but for this share: less
-# than what the height is known by
-_RESIDUAL = 1e-2
-# [count] Degree of the polynomial in each component of the shear traction: virtual rigs: 3 also
-# follows a twist that slips at its rim, which 2 does not
-_DEGREE = 3
-# [share] Added to the diagonal of the normal equations, so that small contacts determine them
-_RIDGE = 1e-4
 
 
 class Deformation(NamedTuple):
@@ -93,7 +83,7 @@ class Shares(NamedTuple):
     def from_contact(cls, contact: Bool | Float32, cell_mm: float) -> Shares:
         """Return the polynomials of a contact, as the share of each cell, on cells of this side."""
         y, x = (_relative(contact.sum(axis)) for axis in (1, 0))
-        degree = _DEGREE
+        degree = 3  # A twist that slips at its rim needs 3 (virtual rigs)
         powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
         planes = np.stack([x**i * (y**j)[:, None] for i, j in powers]) * contact
         x_mm, y_mm = (from_middle(size) * cell_mm for size in contact.shape[::-1])
@@ -205,7 +195,7 @@ def surface_loads(
     normal = (moves @ moves.T).astype(np.float64)
     diagonal = np.diag(normal).copy()
     # a contact of a single cell has no slope: such rows are zero, and their weights too
-    added = np.where(diagonal > 0, _RIDGE * diagonal, 1)
+    added = np.where(diagonal > 0, 1e-4 * diagonal, 1)  # [share] small contacts determine it
     if held_mm2 is not None:
         added[-1] += held_mm2
     inverse = np.linalg.inv(normal + np.diag(added))
@@ -261,12 +251,13 @@ def pressure_mpa(
         return np.asarray(root * response.indentation(root * scaled) + damping * scaled)
 
     left = root * indentation_mm.astype(response.dtype)
-    found, enough = np.zeros_like(left), _RESIDUAL**2 * float((left**2).sum())
+    # [ratio] What may be left of the surface: less than the error of its height
+    found, enough = np.zeros_like(left), 1e-2**2 * float((left**2).sum())
     if start_mpa is not None:
         np.divide(start_mpa, root, out=found, where=root > 0)
         left -= moved(found)
     way, size = left.copy(), float((left**2).sum())
-    for _ in range(_MOST_STEPS):
+    for _ in range(25):  # [steps] about ten are needed
         if size <= enough:
             break
         by = moved(way)

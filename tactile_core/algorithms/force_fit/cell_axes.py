@@ -6,14 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.regression import ONE_SIGMA
 from tactile_core.algorithms.arrays.types import Bool, Float64, Intp
-
-# [ratio] Least correlation of the shear force with the displacement, in the weaker direction: below
-# it shear was not applied along both axes
-_LEAST_CORRELATION = 0.5
-# [standard deviations] The position of the axis is determined if it is this many times its standard
-# error: the usual three
-_SIGMAS = 3.0
 
 
 class CellRotation(NamedTuple):
@@ -51,7 +45,7 @@ class ToolOffset(NamedTuple):
     def determined(self) -> bool:
         """Whether the offset differs from 0."""
         away = np.abs(self.mm) / np.maximum(self.std_mm, 1e-12)
-        return bool(away.max() > _SIGMAS)
+        return bool(away.max() > 3.0)  # [standard errors] the usual three
 
 
 def cell_rotation(shift: Float64, shear: Float64, normal: Float64) -> CellRotation | None:
@@ -86,7 +80,8 @@ def cell_rotation(shift: Float64, shear: Float64, normal: Float64) -> CellRotati
     )
     left, sizes, right = np.linalg.svd(shift.T @ shear)
     norms = np.linalg.norm(shift @ left, axis=0) * np.linalg.norm(shear @ right.T, axis=0)
-    if not (sizes > _LEAST_CORRELATION * np.maximum(norms, 1e-300)).all():
+    # [ratio] Below it shear was not applied along both axes
+    if not (sizes > 0.5 * np.maximum(norms, 1e-300)).all():
         return None
     matrix = left @ right
     mirrored = bool(np.linalg.det(matrix) < 0)
@@ -132,24 +127,6 @@ def about_centre(forces: Float64, offset: ToolOffset) -> Float64:
     return moved
 
 
-# [count] Equal values at the extreme, in a row, that mean clipping: a cell's noise repeats no value
-# that often
-_PLATEAU = 5
-# [share of the range] A plateau within this distance of the extreme counts: less than any noise
-_EXTREME = 1e-6
-# [share of the largest force] Mean at rest that means that the cell was not zeroed: that of a force
-# that a user would see in every result
-_OFFSET = 0.1
-# [share of the largest feature] A frame is at rest if the mean of its features is below it: noise
-# is below it, and a contact of a tenth of the force above
-_STILL = 0.05
-_FEWEST = 3  # [count] Fewest frames at rest from which an offset is known
-# [share of the largest force] A press begins above the one and ends below the other: so far apart
-# that noise ends no press
-_PRESSED = 0.3
-_RELEASED = 0.05
-
-
 def is_clipped(force: Float64) -> bool:
     """Whether readings of one component, in order of time, have a plateau at an extreme.
 
@@ -162,8 +139,8 @@ def is_clipped(force: Float64) -> bool:
     for side in (force, -force):
         if side.max() < span / 2:  # the extreme at rest
             continue
-        at_extreme = side >= side.max() - _EXTREME * span
-        if _longest_run(at_extreme) >= _PLATEAU:
+        at_extreme = side >= side.max() - 1e-6 * span  # [share of the range] less than any noise
+        if _longest_run(at_extreme) >= 5:  # [equal values in a row] noise repeats none so often
             return True
     return False
 
@@ -175,17 +152,18 @@ def at_rest(features: Float64) -> Bool:
     shares = sizes[:, largest > 0] / largest[largest > 0]
     if not shares.shape[1]:
         return np.ones(len(features), np.bool_)
-    return np.asarray(shares.mean(1) <= _STILL)
+    return np.asarray(shares.mean(1) <= 0.05)  # [share of the largest] above noise
 
 
 def rest_offset(force: Float64, at_rest: Bool) -> float:
     """Return the mean force at rest if it is too large for a cell that was zeroed, else 0."""
     known = at_rest & np.isfinite(force)
-    if known.sum() < _FEWEST:
+    if known.sum() < 3:  # [frames at rest]
         return 0.0
     offset = float(np.median(force[known]))
     largest = float(np.nanmax(np.abs(force - offset)))
-    return offset if 0 < _OFFSET * largest < abs(offset) else 0.0
+    # [share of the largest force] A user would see it in every result
+    return offset if 0 < 0.1 * largest < abs(offset) else 0.0
 
 
 def runs_between_rests(size: Float64) -> Intp:
@@ -201,9 +179,10 @@ def runs_between_rests(size: Float64) -> Intp:
     share = size / max(float(size.max(initial=0)), 1e-300)
     runs, number, pressed = np.zeros(len(size), np.intp), 0, False
     for index, here in enumerate(share):
-        if pressed and here <= _RELEASED:
+        if pressed and here <= 0.05:  # [share of the largest force]
             number, pressed = number + 1, False
-        pressed |= bool(here > _PRESSED)
+        # [share of the largest force] far above the end, so that noise ends no press
+        pressed |= bool(here > 0.3)
         runs[index] = number
     if number and not pressed:
         runs[runs == number] = number - 1  # the rest after the last press
@@ -213,15 +192,6 @@ def runs_between_rests(size: Float64) -> Intp:
 def _longest_run(found: Bool) -> int:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]).astype(np.int8)))
     return int((edges[1::2] - edges[::2]).max(initial=0))
-
-
-# [share] Share of the errors that are smaller than one standard deviation: definition: of normal
-# errors, 68.27 %
-_WITHIN = 0.6827
-_ROUNDS = 4  # [count] Rounds of reweighting: the third changes nothing
-# [share of the largest error] Least standard deviation: a perfect fit has no standard deviation of
-# zero, which nothing could be compared with
-_LEAST = 1e-3
 
 
 class ForceError(NamedTuple):
@@ -259,15 +229,16 @@ def fitted_error(errors: Float64, load: Float64) -> ForceError:
     from scipy.optimize import nnls
 
     squares = errors**2
-    floor = (_LEAST * float(np.sqrt(squares.max()))) ** 2
+    # [share of the largest error] Even a perfect fit has a standard deviation
+    floor = (1e-3 * float(np.sqrt(squares.max()))) ** 2
     if floor == 0:
         return ForceError(0.0, 0.0)
     columns = np.stack([np.ones_like(load), load**2], 1)
     found = np.array([squares.mean(), 0.0])
-    for _ in range(_ROUNDS):
+    for _ in range(4):  # [reweightings] the third changes nothing
         weights = 1 / np.maximum(columns @ found, floor)
         found, _ = nnls(columns * weights[:, None], squares * weights)
     found[0] = max(found[0], floor)
     ratios = np.abs(errors) / np.sqrt(columns @ found)
-    rest, share = np.sqrt(found) * np.quantile(ratios, _WITHIN)
+    rest, share = np.sqrt(found) * np.quantile(ratios, ONE_SIGMA)
     return ForceError(float(rest), float(share))

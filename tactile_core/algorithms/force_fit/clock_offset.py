@@ -10,12 +10,6 @@ import numpy as np
 from tactile_core.algorithms.arrays.types import Float64, Intp
 
 _OVERLAP = 0.5  # [share] Share of the frames that must still have a force: half of the recording
-_STEPS = 2.0  # [count per frame] Offsets that are tried between two frames: a parabola refines them
-# [share] Least share of the force that the features explain at the best offset: below it the two
-# belong to different recordings
-_LEAST = 0.5
-_MOST = 2000  # [count] Most offsets that are tried: a second on one core
-_RIDGE = 1e-4  # [share] Penalty of the regression: features that are multiples of others do no harm
 
 
 class ClockOffset(NamedTuple):
@@ -35,7 +29,7 @@ class ClockOffset(NamedTuple):
     @property
     def found(self) -> bool:
         """Whether the two belong together."""
-        return self.explained >= _LEAST
+        return self.explained >= 0.5  # [share] less: other recordings
 
 
 def clock_offset(
@@ -58,7 +52,8 @@ def clock_offset(
     reach_s = (1 - _OVERLAP) * spans_s[0]
     first_s, last_s = -reach_s, max(spans_s[1] - spans_s[0], 0.0) + reach_s
     frame_s = spans_s[0] / max(len(frames_s) - 1, 1)
-    count = int(min((last_s - first_s) * _STEPS / frame_s + 1, _MOST))
+    # [per frame] A parabola refines them; 2000 take a second
+    count = int(min((last_s - first_s) * 2.0 / frame_s + 1, 2000))
     tried_s = aligned_s + np.linspace(first_s, last_s, max(count, 3))
     shares = np.array([_explained_share(frames_s + s, features, times_s, force) for s in tried_s])
     best = int(shares.argmax())
@@ -83,7 +78,8 @@ def _explained_share(at_s: Float64, features: Float64, times_s: Float64, force: 
         return -np.inf
     scale = np.sqrt((given**2).mean(0))
     given = given / np.where(scale > 0, scale, 1)
-    normal = given.T @ given + _RIDGE * len(given) * np.eye(given.shape[1])
+    # [share] Features that are multiples of others do no harm
+    normal = given.T @ given + 1e-4 * len(given) * np.eye(given.shape[1])
     rest = wanted - given @ np.linalg.solve(normal, given.T @ wanted)
     return 1 - float(rest @ rest) / total
 

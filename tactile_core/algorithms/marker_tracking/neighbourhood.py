@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import sigma_of, terms
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, NEIGHBOURHOOD, nearest
+from tactile_core.algorithms.marker_tracking.pairing import GROWTH, nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +49,15 @@ class Neighbourhood:
     def from_places(cls, places_px: Array) -> Neighbourhood:
         """Return the neighbourhood of (N, 2) markers; N is at least 2."""
         count = len(places_px)
-        wanted = min(NEIGHBOURHOOD.neighbours, count - 1)
+        wanted = min(10, count - 1)  # [markers]
         distance, index = nearest(places_px, places_px, wanted + 1)
         distance, index = distance[:, 1:], index[:, 1:]
         pitch = float(np.median(distance[:, 0]))
-        reach = NEIGHBOURHOOD.kernel_reach * distance.max(axis=1, keepdims=True)
+        # [farthest neighbours] where the weight reaches 0
+        reach = 1.3 * distance.max(axis=1, keepdims=True)
         weight = (1 - (distance / reach) ** 2) ** 2
         x, y = np.moveaxis((places_px[index] - places_px[:, None]) / reach[..., None], -1, 0)
-        ridge = NEIGHBOURHOOD.ridge
+        ridge = 0.05  # [squared kernel reaches] for slopes where all neighbours are on one side
         powers = [np.ones_like(x), x, y, x * x + ridge, x * y, y * y + ridge]
         moments = np.stack([weight * power for power in powers], axis=-1)
         return cls(
@@ -103,7 +104,8 @@ class Neighbourhood:
         counted = known[self.index].astype(np.float64)
         middle = (counted[:, None] @ self.offsets)[:, 0]
         distance = np.hypot(middle[:, 0], middle[:, 1]) / np.maximum(counted.sum(axis=1), 1)
-        return np.asarray(np.maximum(distance / NEIGHBOURHOOD.inside_pitches, 1) ** 2)
+        # [pitches] a marker whose neighbours' mean position is farther is not surrounded by them
+        return np.asarray(np.maximum(distance / 1.1, 1) ** 2)
 
     def supporters(self, known: Bool) -> NDArray[np.intp]:
         """Number (N,) of known neighbours of each marker."""
@@ -137,22 +139,7 @@ def _shares(moments: Array, trusted: Array) -> Array:
 
 # [count] With fewer markers, none of them near the border, no contact is reported
 _MIN_MARKERS = 25
-# [count] Nearest points whose mean distance is the local spacing, the marker itself included: the
-# four nearest neighbours in a square lattice
-_NEIGHBOURS = 5
-# [pitches] Markers closer to the border lack neighbours and are left out: less than one row
-_BORDER_PITCHES = 0.7
-# [pitches] Range of distances of the pairs whose spacings are compared: around two pitches, where
-# markers share no neighbour spacing
-_NEAREST_PAIR_PITCHES = 1.6
-_FARTHEST_PAIR_PITCHES = 2.3
-# [pitches] Standard deviation of the part of the spacing that such pairs share, above which a
-# contact stretches the lattice
-_CORRELATED_SPACING = 0.006
-_ROUNDS = 4  # [count] Rounds of the robust trend
-_OUTLIER_SIGMAS = 2.0  # [noise sigmas] Residual at which a marker has half its weight in the trend
 _CLIP_SIGMAS = 4.0  # [noise sigmas] Residuals are clipped at this many
-_MIN_SIGMA = 1e-3  # [pitches] Added to the noise sigma, for a perfect lattice
 
 
 def shows_contact(places_px: NDArray[Any]) -> bool:
@@ -170,21 +157,23 @@ def shows_contact(places_px: NDArray[Any]) -> bool:
     places_px = np.asarray(places_px, np.float64)
     if len(places_px) < _MIN_MARKERS:
         return False
-    distance, _ = nearest(places_px, places_px, _NEIGHBOURS)
+    distance, _ = nearest(places_px, places_px, 5)  # [points] the marker itself and four
     pitch = float(np.median(distance[:, 1]))
-    border_px = _BORDER_PITCHES * pitch
+    border_px = 0.7 * pitch  # markers at the border lack neighbours: less than a row
     low, high = places_px.min(axis=0) + border_px, places_px.max(axis=0) - border_px
     inner = np.asarray(((places_px > low) & (places_px < high)).all(axis=1))
     if inner.sum() < _MIN_MARKERS:
         return False
     spacing = _without_trend(places_px, distance[:, 1:].mean(axis=1) / pitch, inner)
-    pairs = _pairs(places_px, _FARTHEST_PAIR_PITCHES * pitch)
+    pairs = _pairs(places_px, 2.3 * pitch)  # [pitches] pairs two pitches apart
     apart = np.hypot(*(places_px[pairs[:, 0]] - places_px[pairs[:, 1]]).T)
-    far_enough = apart > _NEAREST_PAIR_PITCHES * pitch
+    far_enough = apart > 1.6 * pitch  # [pitches] they share no spacing
     one, other = pairs[far_enough & inner[pairs].all(axis=1)].T
     if not len(one):
         return False
-    return bool(np.mean(spacing[one] * spacing[other]) > _CORRELATED_SPACING**2)
+    # [pitches] Standard deviation of what such pairs share, above which a contact stretches the
+    # lattice
+    return bool(np.mean(spacing[one] * spacing[other]) > 0.006**2)
 
 
 def _pairs(places_px: NDArray[Any], within_px: float) -> NDArray[np.intp]:
@@ -199,9 +188,9 @@ def _without_trend(places_px: NDArray[Any], spacing: NDArray[Any], inner: NDArra
     """Residual of a robust quadratic fit to the spacing over the view, with outliers clipped."""
     powers = terms((places_px - places_px.mean(axis=0)) / np.ptp(places_px, axis=0), 2)
     weight = inner.astype(np.float64)
-    for _ in range(_ROUNDS):
+    for _ in range(4):  # [rounds] of the robust trend
         factors = np.linalg.lstsq(powers * weight[:, None], spacing * weight, rcond=None)[0]
         residual = spacing - powers @ factors
-        scale = sigma_of(residual[inner]) + _MIN_SIGMA
-        weight = inner / (1 + (residual / (_OUTLIER_SIGMAS * scale)) ** 2)
+        scale = sigma_of(residual[inner]) + 1e-3  # [pitches] for a perfect lattice
+        weight = inner / (1 + (residual / (2.0 * scale)) ** 2)  # [noise sigmas] half the weight
     return np.clip(residual, -_CLIP_SIGMAS * scale, _CLIP_SIGMAS * scale)

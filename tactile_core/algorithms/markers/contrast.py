@@ -19,10 +19,7 @@ Tone = Literal["dark", "bright"]
 
 # [marker diameters] Side of the square of the closing or opening that estimates the background.
 # Structures that are wider than this are background: chosen on recorded markers (ADR 25)
-_CLOSING_DIAMETERS = 2.2
-# [share of full scale] Lower bound of the background, and of bright markers, so that noise in a
-# dark image does not become contrast
-_DARKEST = 0.08
+CLOSING_DIAMETERS = 2.2
 # [px] The image is reduced by a whole factor as long as a marker keeps this diameter: for speed
 _COARSE_DIAMETER_PX = 6.0
 # [share of the brighter] Pixels that differ by at least this share are masked as marker
@@ -115,11 +112,12 @@ def compare_with_background(
 
     The brightness is uint8 or float32.
     """
-    window = square(round(0.5 * _CLOSING_DIAMETERS * diameter_px))
+    window = square(round(0.5 * CLOSING_DIAMETERS * diameter_px))
     method = cv2.MORPH_CLOSE if tone == "dark" else cv2.MORPH_OPEN
     background = cv2.morphologyEx(brightness, method, window)
     full = FULL if brightness.dtype == np.uint8 else max(float(brightness.max()), 1e-6)
-    darkest: Any = _DARKEST * full  # OpenCV's type hints omit scalars
+    # [share of full scale] noise in a dark image is no contrast; OpenCV's type hints omit scalars
+    darkest: Any = 0.08 * full
     background = cv2.max(background, darkest)
     if tone == "dark":
         difference, brightest = cv2.subtract(background, brightness), background

@@ -18,35 +18,10 @@ from tactile_core.algorithms.markers.contrast import (
 )
 from tactile_core.algorithms.markers.detection import find_markers, find_spots
 
-# [px] The first diameter tried; smaller markers have too few pixels for a shape
-_SMALLEST_DIAMETER_PX = 3.0
-# [ratio] The largest diameter tried fits this many times into the shorter side of the image: larger
-# markers leave room for only a few
-_DIAMETERS_PER_SIDE = 10.0
-# [ratio] Ratio of successive diameters: less than ``diameter_ratio``, so that the searches overlap
+# [ratio] Ratio of successive diameters: less than that of a spot to them, so that searches overlap
 _LATTICE_DIAMETER_STEP = 1.25
-# [px and marker diameters] Standard deviation of the Gaussian before the search: a constant plus a
-# share of the diameter
-_SMOOTHING_PX = 0.3
-_SMOOTHING_DIAMETERS = 0.08
-# [share of the typical peak] A spot is the pixels whose contrast exceeds this share: half of the
-# maximum, the usual definition of a blurred width
-_PEAK_SHARE = 0.5
-# [ratio] Spots count whose diameter differs from the one tried by less than this factor
-_DIAMETER_RATIO = 1.45
 _MIN_CONTRAST = 0.1  # [share of the background] Minimum of the typical contrast of the spots
 _MIN_MARKERS = 12  # [count] Fewest spots that form a lattice: fewer are found in textures, too
-# [share of the spots] Share of the spots that must have their nearest neighbour at the pitch
-_REGULAR_SHARE = 0.7
-# [pitches] Deviation of the distance to the nearest neighbour that counts as regular
-_PITCH_TOLERANCE = 0.2
-# [marker diameters] Minimum pitch; a weave has spots that nearly touch: at half of the three
-# diameters of the 2015 paper
-_MIN_PITCH_DIAMETERS = 1.5
-_AROUND_PITCHES = 3  # [pitches] Side of the square whose mean separates bright from dark
-# [squared diameters and px] Smallest area of a spot that contributes to the typical peak, and of
-# any spot
-_MIN_AREA = 0.2
 _MIN_AREA_PX: float = 3
 
 
@@ -85,8 +60,8 @@ def find_marker_lattice(pixels: Array, tones: Sequence[Tone] = TONES) -> Lattice
         The image is not (H, W, K).
     """
     check_image(pixels)
-    smallest_px = _SMALLEST_DIAMETER_PX
-    largest_px = min(pixels.shape[:2]) / _DIAMETERS_PER_SIDE
+    smallest_px = 3.0  # [px] smaller markers are not measurable
+    largest_px = min(pixels.shape[:2]) / 10.0  # at least ten diameters across
     count = max(0, int(np.log(largest_px / smallest_px) / np.log(_LATTICE_DIAMETER_STEP)) + 1)
     diameters_px = [smallest_px * _LATTICE_DIAMETER_STEP**i for i in range(count)]
     brightness = brightness_of(pixels, 1).astype(np.float32)
@@ -100,29 +75,32 @@ def find_marker_lattice(pixels: Array, tones: Sequence[Tone] = TONES) -> Lattice
 
 def _tone_of_minority(brightness: Array, pitch_px: float) -> Tone:
     """Whether less of the surface is bright than dark: gaps between dots form a lattice, too."""
-    around = (round(_AROUND_PITCHES * pitch_px),) * 2
+    around = (round(3 * pitch_px),) * 2  # [pitches] wide enough for marker and gap
     change = brightness / np.maximum(cv2.blur(brightness, around), 1e-6) - 1
     return "bright" if (change**3).mean() > 0 else "dark"
 
 
 def _lattice(brightness: Array, diameter_px: float, tone: Tone) -> tuple[float, Lattice] | None:
     """Score and size of the markers of about this diameter, if they form a lattice."""
-    sigma_px = _SMOOTHING_PX + _SMOOTHING_DIAMETERS * diameter_px
+    # [px] against noise, and a share of the diameter against grain
+    sigma_px = 0.3 + 0.08 * diameter_px
     smooth = np.asarray(cv2.GaussianBlur(brightness, (0, 0), sigma_px))
     contrast = compare_with_background(smooth, diameter_px, tone=tone)
     typical = _typical_peak(contrast, diameter_px)
-    centres, sizes = _compact_spots(contrast > _PEAK_SHARE * typical)
-    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(_DIAMETER_RATIO)
+    centres, sizes = _compact_spots(contrast > 0.5 * typical)  # half contrast
+    # [ratio] of the size of a spot to the tried diameter
+    fitting = np.abs(np.log(sizes / diameter_px)) < np.log(1.45)
     if typical < _MIN_CONTRAST or fitting.sum() < _MIN_MARKERS:
         return None
     centres, sizes = centres[fitting], sizes[fitting]
     nearest = spacings(centres)
     pitch = float(np.median(nearest))
-    regular = np.abs(nearest / pitch - 1) < _PITCH_TOLERANCE
-    if regular.sum() < max(_MIN_MARKERS, _REGULAR_SHARE * fitting.size):
+    regular = np.abs(nearest / pitch - 1) < 0.2  # [pitches]
+    if regular.sum() < max(_MIN_MARKERS, 0.7 * fitting.size):  # [share of the spots]
         return None
     size = float(np.median(sizes[regular]))
-    if pitch < _MIN_PITCH_DIAMETERS * size:
+    # [diameters] A weave has spots that nearly touch; the 2015 paper has three
+    if pitch < 1.5 * size:
         return None
     # the score is the sum of the contrast: corners of larger markers form a lattice, too
     return float(regular.sum()) * size**2 * typical, Lattice(tone, size, pitch)
@@ -133,7 +111,8 @@ def _typical_peak(contrast: Array, diameter_px: float) -> float:
     from scipy.ndimage import maximum
 
     spots = find_spots((contrast > _MIN_CONTRAST).view(np.uint8))
-    large = np.flatnonzero(spots.area > _MIN_AREA * diameter_px**2) + 1
+    # [squared diameters] smaller spots have no typical peak
+    large = np.flatnonzero(spots.area > 0.2 * diameter_px**2) + 1
     if not large.size:
         return 0.0
     return float(np.median(maximum(contrast, spots.labels, large)))
@@ -157,9 +136,6 @@ class COUNT:
     # [ratio] Ratio of successive diameters that are tried. Source: by hand, detection tolerates
     # larger deviations.
     diameter_step = 1.15
-    # [pitches] Largest diameter that is tried. Source: geometry: the gaps between wider markers
-    # are narrower than the markers.
-    widest = 0.55
 
 
 def expected_count(shape: tuple[int, ...], pitch_px: float) -> int:
@@ -195,7 +171,8 @@ def find_detectable_lattice(
     if found is None:
         return None
     tone, diameter_px, pitch_px = found
-    steps = max(0, int(np.log(COUNT.widest * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
+    # [pitches] The gaps between wider markers are narrower than the markers
+    steps = max(0, int(np.log(0.55 * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
     first = 0
     for step in range(steps + 1):
         larger_px = diameter_px * COUNT.diameter_step**step

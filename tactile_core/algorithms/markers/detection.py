@@ -8,26 +8,20 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, UInt8
-from tactile_core.algorithms.markers.contrast import FULL, square
+from tactile_core.algorithms.markers.contrast import CLOSING_DIAMETERS, FULL, square
 
 _SMOOTHING_DIAMETERS = 1 / 3  # [marker diameters] Reach of the Gaussian kernel to either side
 # [marker diameters] Side of the opening that removes lines and grain, which are thinner than
 # markers
 _OPENING_DIAMETERS = 0.4
-# [marker diameters] Side of the square in which the peak contrast around a pixel is taken: as wide
-# as the closing that estimates the background
-_PEAK_DIAMETERS = 2.2
 # [marker diameters] Width of the rim that contains the blurred edge of a marker
 _RIM_DIAMETERS = 0.28
-_SAMPLE_STEP_PX = 6  # [px] Every how many pixels the typical contrast is sampled: for speed
 # [share of the peak] Contrast above which a pixel belongs to the marker at the peak: chosen on a
 # recording: 98.4 % of 123 markers stay found, 95.9 % at 0.5 (ADR 25)
 _MARKER_SHARE = 0.6
 # [share of the peak] Contrast that is subtracted before the moments are taken: chosen on a
 # recording: with the rim, 0.27 px from the labels, 0.30 px without (ADR 25)
 _BACKGROUND_SHARE = 0.15
-# [share of the background] Share of the light that a marker absorbs at least, in any frame
-_MIN_MARKER_CONTRAST = 0.08
 # [share of the typical contrast] Contrast above which a pixel may belong to a marker at all
 _MIN_CONTRAST = 0.3
 # [typical markers] Minimum integrated contrast of a marker: chosen on recorded prints, between the
@@ -35,8 +29,6 @@ _MIN_CONTRAST = 0.3
 _MIN_MASS = 0.33
 # [typical markers] The same for the part in view of a marker that the border truncates
 _MIN_TRUNCATED_MASS = 0.12
-_FILL = 0.55  # [share of the bounding box] Minimum area of a compact spot: below the π/4 of a disc
-_ASPECT = 2.0  # [ratio] Maximum ratio of the sides of the bounding box of a compact spot
 
 
 class Spots(NamedTuple):
@@ -65,8 +57,8 @@ class Spots(NamedTuple):
         """(N,) spots that are neither thin nor ragged."""
         width, height = (self.high - self.low + 1).T
         longer, shorter = np.maximum(width, height), np.minimum(width, height)
-        filled = self.area > _FILL * width * height
-        return np.asarray(filled & (longer <= _ASPECT * shorter))
+        filled = self.area > 0.55 * width * height  # [share of the box] a disc has π/4
+        return np.asarray(filled & (longer <= 2.0 * shorter))
 
     def find_borders(self) -> tuple[Bool, Bool]:
         """Whether each spot touches the left and the top border, and the right and the bottom."""
@@ -147,10 +139,12 @@ def threshold_contrast(contrast: UInt8, size_px: float) -> tuple[UInt8, UInt8]:
     """
     smoothing = 2 * int(_SMOOTHING_DIAMETERS * size_px) + 1
     smooth = cv2.GaussianBlur(contrast, (smoothing, smoothing), 0)
-    opening, reach = _OPENING_DIAMETERS / 2, _PEAK_DIAMETERS / 2
+    # the peak contrast around a pixel: as wide as the closing that estimates the background
+    opening, reach = _OPENING_DIAMETERS / 2, CLOSING_DIAMETERS / 2
     thick = cv2.morphologyEx(smooth, cv2.MORPH_OPEN, square(int(opening * size_px)))
     peaks = np.asarray(cv2.dilate(thick, square(int(reach * size_px))), np.uint8)
-    typical = max(find_typical_contrast(peaks), _MIN_MARKER_CONTRAST * FULL)
+    # [share of the background] a marker absorbs at least so much light, in any frame
+    typical = max(find_typical_contrast(peaks), 0.08 * FULL)
     _, dark = cv2.threshold(thick, _MIN_CONTRAST * typical, FULL, cv2.THRESH_TOZERO)
     mask = cv2.compare(dark, cv2.convertScaleAbs(peaks, alpha=_MARKER_SHARE), cv2.CMP_GT)
     background = cv2.convertScaleAbs(peaks, alpha=_BACKGROUND_SHARE)
@@ -166,7 +160,7 @@ def find_typical_contrast(peaks: UInt8) -> float:
     Much of the image is near a marker and has its peak. Pixels are weighted by the square of their
     peak, so that grain between markers that are far apart does not count.
     """
-    step = _SAMPLE_STEP_PX
+    step = 6  # [px] for speed
     counts = np.bincount(peaks[::step, ::step].ravel(), minlength=FULL + 1)
     weight = np.cumsum(counts * _SQUARES)
     return float(weight.searchsorted(weight[-1] / 2))

@@ -10,9 +10,6 @@ from tactile_core.errors import InputError
 
 # [slope] Step of the multipliers. It decides how fast the rounds converge, not to which height
 _STEP_SLOPE = 0.2
-# [ratio] Weight of slopes that were filled in, so that any measured slope around them prevails (ADR
-# 11)
-_FILLED_WEIGHT = 0.1
 
 
 def integrate_robustly(
@@ -109,7 +106,8 @@ def _at_faces(gx: Array, gy: Array) -> Float32:
 
 def _weights(valid: Bool) -> Float32:
     """Weight of each face, (2, H, W); a face next to a filled pixel has the weight of that."""
-    weight = np.where(valid, np.float32(1), np.float32(_FILLED_WEIGHT))
+    # [ratio] Any measured slope around filled ones prevails (ADR 11)
+    weight = np.where(valid, np.float32(1), np.float32(0.1))
     faces = np.ones((2, *valid.shape), np.float32)
     np.minimum(weight[:, 1:], weight[:, :-1], out=faces[0, :, :-1])
     np.minimum(weight[1:], weight[:-1], out=faces[1, :-1])

@@ -13,13 +13,9 @@ from tactile_core.algorithms.arrays.types import TINY, Array, Bool, Float32, UIn
 from tactile_core.algorithms.markers import Tone, marker_mask
 from tactile_core.errors import InputError
 
-# [ratio] Regularisation of the fit, relative to its diagonal: it biases a motion by a thousandth
-_DAMPING = 1e-3
 # [px of the view] A longer motion is fitted again, from where the last fit ended: half a pixel, up
 # to which a linear fit is exact for patterns of three pixels
 _LONG_STEP = 0.5
-# [count] Most fits of one motion: a fit that has not converged after four does not converge
-_ROUNDS = 4
 
 
 INNER = slice(1, -1, 2), slice(1, -1)  # Rows and columns in which changes are fitted
@@ -110,7 +106,7 @@ def step_between(before: Imprint, now: Imprint) -> ImprintStep:
     if math.hypot(*motion[:2]) <= _LONG_STEP:
         return step
     least = step.changed / max(step.values, 1.0)
-    for _ in range(_ROUNDS - 1):
+    for _ in range(4 - 1):  # [fits] more would not converge either
         more = _linear(before.move_imprint(motion), now)
         left = more.changed / max(more.values, 1.0)
         if left >= least:  # a motion along stripes, for example, cannot be seen
@@ -125,7 +121,8 @@ def step_between(before: Imprint, now: Imprint) -> ImprintStep:
 def _linear(before: Imprint, now: Imprint) -> ImprintStep:
     """Fit the change of every second row; the others say nearly the same, after smoothing."""
     xx, xy, yy, xt, yt, tt, x, y, t, changed, middle, growth, values = _sums(before, now)
-    xx, yy, tt = (square * (1 + _DAMPING) + TINY for square in (xx, yy, tt))
+    # [ratio to the diagonal] It biases a motion by a thousandth
+    xx, yy, tt = (square * (1 + 1e-3) + TINY for square in (xx, yy, tt))
     # inverse of the symmetric matrix of products, by its cofactors
     of_x = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     of_y = of_x[1], xx * tt - xt * xt, xy * xt - xx * yt
@@ -187,19 +184,6 @@ def _sums(before: Imprint, now: Imprint) -> tuple[float, ...]:
 class VIEW:
     """Parameters of the surface view."""
 
-    width_px = 160  # [px] Approximate width of the view. Source: by hand, for speed (ADR 28).
-    # [px of the view] Spacing of the grid on which the warp is interpolated. Source: by hand, for
-    # speed.
-    cell_px = 8
-    # [pitches] Standard deviation of the Gaussian weights of the markers in the warp.
-    reach_pitches = 0.8
-    ridge = 0.05  # [squared pitches] Regularises the slopes of the local linear fit
-    rim_diameters = 0.25  # [marker diameters] Rim around the markers that is hidden as well
-    # [share of a pixel] A pixel of the view is hidden if markers cover more of it.
-    hidden_share = 0.25
-    # [pitches] Side of the box filter whose mean is the background of the pattern. Source: by
-    # hand, little more than the distance of markers (ADR 28).
-    window_pitches = 1.5
     smoothing_px = 3  # [px of the view] Side of the box filter against the grain of the coating
     min_markers = 3  # [count] Fewest markers of a warp. Source: three points define an affine map.
 
@@ -235,7 +219,7 @@ class SurfaceView:
                 f"{len(reference_px)} markers do not determine the motion of the gel surface; "
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
-        self.times: int = max(1, round(pixels.shape[1] / VIEW.width_px))
+        self.times: int = max(1, round(pixels.shape[1] / 160))  # [px] for speed (ADR 28)
         first = _shrink_pixels(pixels, self.times)
         height, width = first.shape[:2]
         self._markers_px = _scale_points(reference_px, self.times)
@@ -245,11 +229,13 @@ class SurfaceView:
         )
         pitch_px = pitch(self._markers_px)
         self._weights, self._grid = _local_linear(self._markers_px, pitch_px, height, width)
-        rim = 2 * int(np.ceil(VIEW.rim_diameters * diameter_px)) + 1
+        rim = 2 * int(np.ceil(0.25 * diameter_px)) + 1  # [diameters] hidden as well
         mask = marker_mask(pixels, diameter_px=diameter_px * self.times, tone=tone)
         share = shrink_image(mask.astype(np.float32), (width, height))
-        self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > VIEW.hidden_share
-        self._side = 2 * round(0.5 * VIEW.window_pitches * pitch_px) + 1
+        # [share of a pixel of the view] Markers cover more of it
+        self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > 0.25
+        # [pitches] the background is a mean over 1.5, little more than a pitch (ADR 28)
+        self._side = 2 * round(0.75 * pitch_px) + 1
 
     @property
     def takes_halves(self) -> bool:
@@ -329,7 +315,8 @@ def _local_linear(
     markers_px: Float32, pitch_px: float, height: int, width: int
 ) -> tuple[Float32, tuple[int, int]]:
     """Weights (N, G) of a local linear fit to values at the markers, and rows and columns of G."""
-    rows, columns = -(-height // VIEW.cell_px), -(-width // VIEW.cell_px)
+    # [px of the view] The warp is interpolated between these cells, for speed
+    rows, columns = -(-height // 8), -(-width // 8)
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * width / columns - 0.5,
         (np.arange(rows) + 0.5) * height / rows - 0.5,
@@ -337,9 +324,11 @@ def _local_linear(
     apart = np.stack(
         [markers_px[:, 0] - x.reshape(-1, 1), markers_px[:, 1] - y.reshape(-1, 1)], axis=-1
     )
-    near = np.exp(-np.square(apart).sum(-1) / (2 * (VIEW.reach_pitches * pitch_px) ** 2)) + 1e-12
+    # [pitches] Standard deviation of the weights of the markers
+    near = np.exp(-np.square(apart).sum(-1) / (2 * (0.8 * pitch_px) ** 2)) + 1e-12
     basis = np.concatenate([np.ones((*near.shape, 1)), apart / pitch_px], axis=-1)
     weighted = basis * near[..., np.newaxis]
-    normal = np.swapaxes(basis, 1, 2) @ weighted + np.diag([1e-9, VIEW.ridge, VIEW.ridge])
+    # [squared pitches] for the slopes of the local linear fit
+    normal = np.swapaxes(basis, 1, 2) @ weighted + np.diag([1e-9, 0.05, 0.05])
     weights = np.linalg.solve(normal, np.swapaxes(weighted, 1, 2))[:, 0]
     return np.ascontiguousarray(weights.T, np.float32), (rows, columns)

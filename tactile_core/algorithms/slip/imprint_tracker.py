@@ -33,13 +33,6 @@ class NOISE:
     # [count] Still frames in which the noise is judged. Source: a second at 30 Hz; later ones may
     # already show an object that slides steadily.
     first = 30
-    # [count] Still frames that are needed to judge it. Source: by hand, the frames before a lift
-    # are about five.
-    fewest = 4
-    # [ratio] Largest median of the noise, relative to its minimum, that is steady. Source: a
-    # camera's noise varies by a tenth (recorded lifts), that of a compressed video by 4 to 75
-    # (recorded grasps), because each key frame draws the picture anew.
-    steady = 2.0
 
 
 class StillNoise:
@@ -65,8 +58,10 @@ class StillNoise:
         self.variance = min(self.variance, change)
         if moved_mm < NOISE.still_mm and len(self._still) < NOISE.first:
             self._still.append(change)
-            if len(self._still) >= NOISE.fewest:
-                self.steady = median(self._still) <= NOISE.steady * min(self._still)
+            if len(self._still) >= 4:  # [frames] before a lift there are about five
+                # [ratio] A camera's noise varies by a tenth (recorded lifts), a compressed video's
+                # by 4 to 75 (recorded grasps), because each key frame draws the picture anew
+                self.steady = median(self._still) <= 2.0 * min(self._still)
 
 
 # [s] Time constant with which changes are forgotten, so that a grasp that holds again is not
@@ -81,9 +76,6 @@ _CHANGE_PER_MM = 0.6
 # under which the mean displacement of a layer that is thin relative to the contact is two thirds of
 # the object's; the mean slip is half of that displacement. It is less on a thick layer
 _ELASTIC_SHARE = 0.5
-# [share of the markers] Quantile of the motion of the markers that is the motion of the surface in
-# contact: a contact that covers a tenth of the markers is enough
-_SHEARED_QUANTILE = 0.9
 # [standard deviations] Uncertainty of a distance that does not count as slip: two standard
 # deviations, 2 % of false alarms from noise alone
 _SIGMAS = 2.0
@@ -216,7 +208,8 @@ class ImprintTracker:
         share = self._unexplained_share(step, math.sqrt(moved_mm @ moved_mm / len(moved_mm)))
         kept = math.exp(-max(elapsed_s, 0.0) / _MEMORY_S)
         self._changed = self._changed * kept + share if self._noise.steady else 0.0
-        self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, _SHEARED_QUANTILE)
+        # [share of the markers] A contact that covers a tenth is enough
+        self._sheared_mm = self._sheared_mm * kept + quantile(moved_mm, 0.9)
         way = self._metric(step, now.radius)
         self._way, self._recent = self._way.plus(way), self._recent.scale_way(*[kept] * 3).plus(way)
         return self._result()

@@ -20,20 +20,9 @@ from tactile_core.algorithms.marker_tracking.pairing import nearest
 class MARKER_LATTICE:
     """Parameters of the strain of a marker lattice."""
 
-    # [degree] Degree of the polynomial. Source: radial distortion of a lens is cubic in its first
-    # term (Brown 1971).
-    order = 3
     # [pitches] Largest distance of a marker from the place that its neighbour predicts. Source:
     # less than half a pitch, where the nearest marker becomes ambiguous.
     reach = 0.35
-    # [ratio] Weight with which the step between two markers updates the local lattice vector.
-    # Source: by hand, it follows perspective and distortion, and averages over noise.
-    follow = 0.3
-    # [ratio] Minimum resultant length of the directions to the nearest neighbours, times four.
-    # Source: by hand, between 0 (hexagonal or random) and 1 (square).
-    squareness = 0.5
-    # [share of the markers] Fewer markers on the lattice mean that there is none.
-    indexed_share = 0.6
     # [pitches] Largest median distance of a marker from where its neighbours place it. A contact
     # displaces neighbours alike; markers that were printed less regularly hide its strain.
     # Source: geometric mean of the limits of two recorded sensors: 0.006 to 0.02 where the
@@ -45,9 +34,6 @@ class MARKER_LATTICE:
     # a marker and the mean of four others. In later frames a growing contact would hide them.
     # Source: half, so that neighbours explain most of the deviation.
     independent_share = 0.5
-    # [count] The markers are on a lattice if one of these first frames is regular enough: a
-    # strong contact in the first one displaces them. Source: by hand, about a second.
-    watched_frames = 25
     spare_markers = 5  # [count] Markers that are needed beyond the number of polynomial terms
     # [s] An undetected marker keeps its last strain for this time; strongly sheared markers are
     # the first to be lost, so leaving them out at once would look like a release. Source:
@@ -77,8 +63,10 @@ class MarkerLattice:
         self._terms = terms
         least = terms.shape[1] + MARKER_LATTICE.spare_markers
         share = len(nodes) / max(len(px), 1)
-        found = len(nodes) >= least and share >= MARKER_LATTICE.indexed_share
-        self._undecided = MARKER_LATTICE.watched_frames if found else 0
+        # [share of the markers] With fewer on the lattice there is none
+        found = len(nodes) >= least and share >= 0.6
+        # [frames] A strong contact in the first displaces the markers; this is about a second
+        self._undecided = 25 if found else 0
         self.regular = found and (self._is_regular(px) or self._is_strained(px))
         self._fit: _Fit | None = None
         self._apart: Float64 | None = None
@@ -231,7 +219,9 @@ def lattice_nodes(px: Array) -> tuple[Intp, Intp]:
             near = int(far.argmin())
             if far[near] > MARKER_LATTICE.reach * size or near in found:
                 continue
-            step, follow = places[near] - places[number], MARKER_LATTICE.follow
+            # [weight] The lattice vector follows perspective and distortion, and averages over
+            # noise
+            step, follow = places[near] - places[number], 0.3
             found[near] = column + right, row + below
             if right:
                 waiting.append((near, across + follow * (right * step - across), down))
@@ -246,14 +236,15 @@ def _direction(places: Array, px: Array, size: float) -> complex | None:
     steps = (places[near[:, 1:]] - places[:, np.newaxis]).ravel()
     steps = steps[np.abs(np.abs(steps) / size - 1) < MARKER_LATTICE.reach]
     fourfold = complex(np.mean((steps / np.abs(steps)) ** 4)) if len(steps) else 0j
-    if abs(fourfold) < MARKER_LATTICE.squareness:
+    # [resultant length] half-way between random or hexagonal, 0, and square, 1
+    if abs(fourfold) < 0.5:
         return None
     return complex(np.exp(0.25j * np.angle(fourfold)))
 
 
 def _polynomial(nodes: Intp) -> Float64:
     """(M, terms) powers of column and row, scaled to −1 to 1."""
-    order = MARKER_LATTICE.order
+    order = 3  # a lens's radial distortion is cubic in its first term (Brown 1971)
     if not len(nodes):
         return np.zeros((0, (order + 1) * (order + 2) // 2))
     middle = (nodes.max(axis=0) + nodes.min(axis=0)) / 2

@@ -14,16 +14,9 @@ from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-# [count] Grid points along the width of the image: markers a millimetre apart resolve no more
-_COLUMNS = 80
-# [count] Fixed-point iterations that find the earlier position of the surface: displacements vary
-# slowly, so that two converge
-_ITERATIONS = 2
-
-
 def stride_of(width_px: int) -> int:
     """Return the distance of grid points in pixels."""
-    return max(1, width_px // _COLUMNS)
+    return max(1, width_px // 80)  # [columns] markers a millimetre apart resolve no more
 
 
 def blocks(image_shape: tuple[int, int], stride: int) -> tuple[int, int]:
@@ -151,7 +144,7 @@ def _displacement_at(
     """Displacement of points ``at`` (a, b, 2), where the fields are ``now`` and ``was_there``."""
     moved, per_point, field = now - was_there, np.float32(1 / spacing_mm), parts(before)
     # the same surface point was elsewhere at the time of the earlier field
-    for _ in range(_ITERATIONS):
+    for _ in range(2):  # displacements vary slowly, so that two converge
         came_from = at - parts(moved) * per_point
         was = cv2.remap(
             field,

@@ -34,28 +34,6 @@ class SHEAR_FIELD:
     # sequences, better than 0.06 (ADR 29).
     window_mm = 0.1
     min_window = 0.7  # [windows] The stick share is not measured over a shorter motion
-    # [ratio] A load that grows by more starts the measurement again. Source: shear alone changes
-    # the volume of a virtual contact by up to 13 %.
-    load_growth = 1.15
-    # [ratio] The same for a contact that is sheared already. Source: by hand, shear changes the
-    # image of a contact by more than its volume.
-    load_growth_sheared = 1.6
-    sheared_mm = 0.05  # [mm] Shear above which a contact counts as sheared already
-    # [count] Grid points of a contact that are needed, and that are used. Source: by hand, for
-    # robustness and for speed.
-    min_points = 12
-    max_points = 600
-    history_frames = 16  # [count] Frames that are kept. Source: by hand, for speed.
-    # [share of the contact] Quantile of the displacement that represents the motion of the
-    # object. Source: by hand, robust against a few outliers.
-    far_quantile = 0.95
-    # [exponent] Weight of a point by its displacement, since none exceeds that of the object.
-    distance_power = 6
-    rounds = 6  # [count] Rounds of reweighted least squares
-    lag_tolerance = 0.06  # [share of the motion] Lag at which a weight falls to a quarter
-    # [ratio] Limit of the sine of the rotation, so that noise in a tiny contact stays finite.
-    # Source: by hand, larger than any rotation of a gel.
-    max_sine = 0.9
 
 
 class ContactLoad(NamedTuple):
@@ -124,7 +102,7 @@ class ShearedContact:
         noise_mm: float = SHEAR_FIELD.noise_mm,
     ) -> None:
         self.spacing_mm, self.window_mm, self.noise_mm = spacing_mm, window_mm, noise_mm
-        self._recent = deque[Complex64](maxlen=SHEAR_FIELD.history_frames)
+        self._recent = deque[Complex64](maxlen=16)  # [frames] for speed
         self.release()
 
     def release(self) -> None:
@@ -155,9 +133,9 @@ class ShearedContact:
             self._sheared_mm, self._stick_share = 0.0, 1.0
             self._recent.clear()
         count = int(np.count_nonzero(mask))
-        if count < SHEAR_FIELD.min_points:
+        if count < 12:  # [points] too few for a motion
             return Shear()
-        points = np.flatnonzero(mask)[:: 1 + count // SHEAR_FIELD.max_points]
+        points = np.flatnonzero(mask)[:: 1 + count // 600]  # [points] for speed
         position = positions_mm(mask.shape, self.spacing_mm).ravel()[points]
         moved, entropy_bits = self._displace(field, mask, points)
         whole = fit_rigid_motion(moved, position, guess_sticking(moved, position), self.noise_mm)
@@ -175,9 +153,9 @@ class ShearedContact:
 
     def _grew(self, load: ContactLoad) -> bool:
         """Whether the load grew: the surface then spreads, which is not shear."""
-        limit = SHEAR_FIELD.load_growth
-        if self._sheared_mm >= SHEAR_FIELD.sheared_mm:
-            limit = SHEAR_FIELD.load_growth_sheared
+        limit = 1.15  # [ratio] Shear alone changes the volume of a virtual contact by up to 13 %
+        if self._sheared_mm >= 0.05:  # [mm]
+            limit = 1.6  # [ratio] shear changes the image by more than the volume
         area, depth = self._load
         return load.area > limit * area or load.depth > limit * depth
 
@@ -213,7 +191,7 @@ class ShearedContact:
         there, moved_mm, found = field.ravel()[points], 0.0, None
         for before in reversed(self._recent):
             change = np.abs(there - before.ravel()[points])
-            longer_mm = quantile(change, SHEAR_FIELD.far_quantile)
+            longer_mm = quantile(change, 0.95)  # [share] robust against a few outliers
             if found is not None and longer_mm < moved_mm + self.noise_mm:
                 break
             moved_mm, found = longer_mm, before
@@ -261,7 +239,8 @@ def guess_sticking(displacement: Complex64, position: Complex64) -> NDArray[Any]
        GelSight tactile sensor", ICRA, 2015.
     """
     size, square = np.abs(displacement), np.abs(position - position.mean()) ** 2
-    far = (size / max(float(size.max()), TINY)) ** SHEAR_FIELD.distance_power
+    # [exponent] None exceeds the displacement of the object
+    far = (size / max(float(size.max()), TINY)) ** 6
     return np.asarray(far * np.exp(-square / max(float(square.mean()), TINY)) + 1e-6)
 
 
@@ -287,11 +266,11 @@ def fit_rigid_motion(
     """
     weight, offset = start, position - complex(position.sum()) / len(position)
     square_mm = float(np.mean(np.abs(offset) ** 2))
-    for _ in range(SHEAR_FIELD.rounds):
+    for _ in range(6):  # [reweightings]
         shift, rate = _solve_rigid(displacement, offset, weight)
         lag = np.abs(displacement - (shift + rate * offset))
         motion_mm = math.sqrt(abs(shift) ** 2 + abs(rate) ** 2 * square_mm)
-        scale = max(SHEAR_FIELD.lag_tolerance * motion_mm, noise_mm)
+        scale = max(0.06 * motion_mm, noise_mm)  # [share] there a weight falls to a quarter
         weight = 1 / (1 + (lag / scale) ** 2) ** 2
     whole_shift, whole_rate = _solve_rigid(displacement, offset, np.ones(len(offset)))
     return RigidMotion(
@@ -314,7 +293,8 @@ def _solve_rigid(
     around = offset - at
     spread = max(float(weight @ np.abs(around) ** 2), TINY)
     sine = complex(weight @ (around.conj() * (displacement - moved))).imag / spread
-    sine = min(max(sine, -SHEAR_FIELD.max_sine), SHEAR_FIELD.max_sine)
+    # larger than any rotation of a gel; noise in a tiny contact stays finite
+    sine = min(max(sine, -0.9), 0.9)
     # the field refers to present positions, so a rotation also has a radial part
     rate = complex(1 - math.sqrt(1 - sine**2), sine)
     return moved - rate * at, rate

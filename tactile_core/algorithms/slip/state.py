@@ -105,10 +105,6 @@ class FUSION:
     # default of an option of ``core.slip``. Source: recorded lifts, each object by the others
     # (``benchmarks/slip_lift_folds.py``).
     imprint_changed = 0.04
-    # [ratio] Weight of the field's degree where neither the contact nor the load is known, so
-    # that it stays below the degree of an imprint that slips. Source: by hand, : the field ranks
-    # recorded lifts wrongly there (ADR 29).
-    unknown_contact_weight = 0.2
 
 
 def degree_of(evidence: float) -> float:

@@ -19,24 +19,11 @@ from tactile_core.algorithms.arrays.types import (
 )
 from tactile_core.algorithms.slip.plane import sample_cells
 
-# [share of the view] Quantile of the steepness that counts as its maximum: robust against a few
-# outliers
-_PEAK_QUANTILE = 0.99
 # [share of the maximum] Steepness above which a point belongs to the ring at the border of a
 # contact: chosen on virtual contacts (ADR 31)
 _EDGE_SHARE = 0.3
 _GAP = 4  # [grid points] Radius of the closing that bridges gaps in the ring
-# [grid points] Width of the surface outside the contact that is steep as well: chosen on virtual
-# contacts (ADR 31)
-_OUTER_RIM = 2
-_MIN_AREA = 6.0  # [grid points] Area below which a contour is a speck
 _SMOOTHING = 3  # [grid points] Side of the box filter of the change of light
-# [share of the box] Lower bound of the visible share of that box: it prevents a division by zero
-_MIN_VISIBLE = 0.1
-_MOVED_MM = 0.02  # [mm] Displacement below which motion shows no contact
-# [share of the view] Quantile of the displacement that counts as its maximum: robust against a few
-# outliers
-_MOVED_QUANTILE = 0.98
 _MOVED_SHARE = 0.5  # [share of the maximum] Displacement above which a point is in contact (ADR 31)
 
 
@@ -60,7 +47,7 @@ def light_change(now: Float32, undeformed: Float32, hidden: Bool) -> Float32:
     box = (_SMOOTHING, _SMOOTHING)
     seen = (~hidden).astype(np.float32)
     change = reduce(np.maximum, cv2.split(cv2.absdiff(now, undeformed))) * seen
-    visible = np.maximum(cv2.blur(seen, box), _MIN_VISIBLE)
+    visible = np.maximum(cv2.blur(seen, box), 0.1)  # no division by zero
     return np.asarray(cv2.blur(change, box) / visible)
 
 
@@ -100,7 +87,7 @@ def steepness_of(
 
 def peak(steep: Float32) -> float:
     """Return the steepness (h, w) that counts as its maximum."""
-    return quantile(steep.ravel(), _PEAK_QUANTILE)
+    return quantile(steep.ravel(), 0.99)  # [share] robust against a few outliers
 
 
 def contact_within_ring(
@@ -142,14 +129,15 @@ def contact_within_ring(
     )
     whole, truncated = list[Array](), list[Array]()
     for border in borders:
-        if cv2.contourArea(border) >= _MIN_AREA:
+        if cv2.contourArea(border) >= 6.0:  # [grid points] smaller ones are specks
             (truncated if _leaves(border, steep.shape) else whole).append(border)
     whole += [np.concatenate(truncated)] if truncated else []
     mask = np.zeros(steep.shape, np.uint8)
     for border in whole:
         # one by one, because OpenCV leaves out where two of several contours overlap
         cv2.drawContours(mask, [cv2.convexHull(border)], -1, 1, cv2.FILLED)
-    inner = cv2.erode(mask, _SQUARE, iterations=_OUTER_RIM)
+    # [grid points] On virtual contacts the surface outside is steep as well (ADR 31)
+    inner = cv2.erode(mask, _SQUARE, iterations=2)
     return np.asarray(inner).view(np.bool_)
 
 
@@ -168,8 +156,8 @@ def contact_from_motion(moved_mm: Float32) -> Bool:
     -------
     (h, w) bool
     """
-    farthest = float(np.quantile(moved_mm, _MOVED_QUANTILE))
-    if farthest < _MOVED_MM:
+    farthest = float(np.quantile(moved_mm, 0.98))  # [share] robust against a few outliers
+    if farthest < 0.02:  # [mm] less shows no contact
         return np.zeros(moved_mm.shape, np.bool_)
     return np.asarray(moved_mm > _MOVED_SHARE * farthest)
 

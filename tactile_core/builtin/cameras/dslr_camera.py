@@ -25,11 +25,6 @@ from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encode
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
-_POLL_S = 0.1  # Longest wait for a request before the reader looks whether it should end, s
-
-# Largest relative difference between a wanted exposure time and one that the camera offers.
-_TOLERANCE = 0.02
-
 # Names of the settings in gphoto2; they differ between makers.
 _WIDGETS = {
     "exposure_time_s": ("shutterspeed", "shutterspeed2"),
@@ -169,7 +164,7 @@ class DslrSource(ImageSource):
 
     def grab(self) -> EncodedImage:
         """Take a photo once it is requested."""
-        if not self._requested.wait(_POLL_S):
+        if not self._requested.wait(0.1):  # [s] then it looks whether to end
             raise CameraTimeout(f"{self._name} waits for a request")
         self._requested.clear()
         gphoto = library()
@@ -208,7 +203,8 @@ def nearest(choices: list[str], wanted: float) -> str | None:
         choice: abs(number / wanted - 1) for choice, number in numbers.items() if number is not None
     }
     best = min(close, key=lambda choice: close[choice], default=None)
-    return best if best is not None and close[best] <= _TOLERANCE else None
+    # [ratio] choices that a camera rounds are this close
+    return best if best is not None and close[best] <= 0.02 else None
 
 
 def _number(choice: str) -> float | None:

@@ -21,9 +21,6 @@ from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
-# Largest relative difference between a setting and what the camera chose, from its steps.
-_TOLERANCE = 0.02
-
 
 class GenicamOptions(Options):
     """Options of ``core.genicam``."""
@@ -219,7 +216,8 @@ class GenicamCamera(StreamingCamera):
         if lowest <= wanted * unit <= highest:
             getattr(camera, f"set_{name}")(wanted * unit)
             got = getattr(camera, f"get_{name}")()
-            if abs(got - wanted * unit) <= _TOLERANCE * max(abs(got), 1.0):
+            # [ratio] cameras choose in steps
+            if abs(got - wanted * unit) <= 0.02 * max(abs(got), 1.0):
                 return
         raise DeviceError(
             f"{self._name} does not take {option}: {wanted:g}; it takes {lowest / unit:g} to "

@@ -85,16 +85,8 @@ PIXEL_FORMATS = {
     },
 }
 
-
 # Where Debian's packages install Python modules, which a virtual environment does not search.
 _DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
-
-
-# [images] Images that the library holds while the computer is busy: a third of a second at 30 Hz,
-# as for webcams
-_BUFFERS = 10
-# [s] Longest wait of one read: bounds the time that closing takes while a camera stalls
-_POLL_S = 0.2
 
 
 class GenicamSource(ImageSource):
@@ -128,14 +120,15 @@ class GenicamSource(ImageSource):
         aravis = library()
         self._stream = camera.create_stream(None, None)
         size = camera.get_payload()
-        for _ in range(_BUFFERS):
+        for _ in range(10):  # [images] a third of a second at 30 Hz, while the computer is busy
             self._stream.push_buffer(aravis.Buffer.new_allocate(size))
         self._success = aravis.BufferStatus.SUCCESS
         camera.start_acquisition()
 
     def grab(self) -> Image | None:
         """Return the next image."""
-        buffer = self._stream.timeout_pop_buffer(round(1e6 * _POLL_S))
+        # [µs] bounds the time that closing takes while a camera stalls
+        buffer = self._stream.timeout_pop_buffer(200_000)
         if buffer is None:
             if self._lost.is_set():
                 raise CameraLost(

@@ -31,10 +31,6 @@ from tactile_core.interfaces.streaming.encoded_image import (
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.quantities import Image
 
-_TICK_S = 1e-6  # Time between the timestamps of two images that arrive together, s
-
-_CHUNK_BYTES = 1 << 16  # Most bytes that are received at once
-
 
 class HttpSource(ImageSource):
     """An MJPEG stream over HTTP.
@@ -79,7 +75,8 @@ class HttpSource(ImageSource):
         stamp = part.headers.get("x-timestamp", "")
         # a server without a new image sends the last one again
         if not stamp or stamp != self._last_stamp:
-            self._last_s = max(time.monotonic(), self._last_s + _TICK_S)
+            # [s] two images that arrive together have two times
+            self._last_s = max(time.monotonic(), self._last_s + 1e-6)
         self._last_stamp = stamp
         return encoded_image(part.body, self._last_s, self._name)
 
@@ -95,7 +92,7 @@ class HttpSource(ImageSource):
 
     def _receive_chunk(self) -> bytes:
         try:
-            data = self._response.read1(_CHUNK_BYTES)
+            data = self._response.read1(1 << 16)  # [bytes] at most, at once
         except TimeoutError:
             raise CameraLost(
                 f"{self._name} has sent nothing for {self._timeout_s:g} s; check the camera's host "

@@ -25,10 +25,6 @@ from tactile_core.errors import DeviceBusy, DeviceError, InputError
 from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 
-_SETTLING_FRAMES = 3  # Images that a camera may still expose with the settings before
-
-_USUAL_FPS = 30.0  # Rate assumed for the time in which settings take effect, Hz
-
 
 class UvcOptions(Options):
     """Options of ``core.uvc``."""
@@ -217,8 +213,9 @@ class UvcCamera(StreamingCamera):
     def _apply(self, locked: LockedSettings, capture: VideoCapture) -> None:
         capture.exposure_time_s, capture.gain = locked.exposure_time_s, locked.gain
         self._rate_hz = capture.rate_hz or self._settings.fps
-        period_s = 1 / (self._rate_hz or _USUAL_FPS)
-        capture.valid_from_s = time.monotonic() + _SETTLING_FRAMES * period_s
+        period_s = 1 / (self._rate_hz or 30.0)  # 30 Hz: most webcams
+        # [images] A camera may still expose these with the settings before
+        capture.valid_from_s = time.monotonic() + 3 * period_s
         self._notes = (f"{self._name} sends {capture.described}", *locked.notes)
 
     def _connect_by_index(self) -> ImageSource:

@@ -23,21 +23,9 @@ from tactile_core.quantities import Image
 # Variable with the seconds after which OpenCV gives up a read; it looks once a process.
 _SELECT_TIMEOUT = "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT"
 
-
 # [s] Longest wait of one read: the shortest that OpenCV allows; it bounds the time that closing
 # takes while a camera stalls
 _SELECT_S = 1
-# [s] Longest wait for the first image when the camera is opened: webcams start within two seconds;
-# the rest is reserve
-_FIRST_S = 5.0
-# [s] Time of immediate failures after which a camera that is still connected counts as lost: half
-# of the 2 s in which a lost camera must be reported
-_LOST_S = 1.0
-# [s] Pause after an immediate failure: a frame period at 30 Hz, in which nothing is missed
-_RETRY_S = 0.03
-# [s] Largest distance of the driver's timestamp from the host's monotonic clock: the driver's clock
-# is the same or another one altogether, which differs by more
-_CLOCK_S = 10.0
 
 
 class Wanted(NamedTuple):
@@ -129,7 +117,7 @@ class VideoCapture(ImageSource):
         BandwidthError
             None comes.
         """
-        until_s = time.monotonic() + _FIRST_S
+        until_s = time.monotonic() + 5.0  # [s] webcams start within two; the rest is reserve
         while True:
             try:
                 self.grab()
@@ -159,7 +147,7 @@ class VideoCapture(ImageSource):
             self._fail(began_s, now_s)
         self._failing_since_s = None
         stamp_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-        if abs(now_s - stamp_s) > _CLOCK_S:
+        if abs(now_s - stamp_s) > 10.0:  # [s] another clock differs by more
             stamp_s = now_s
         # drivers note when the first bytes arrive, which is after the exposure
         stamp_s -= (self.exposure_time_s or 0.0) / 2
@@ -200,12 +188,12 @@ class VideoCapture(ImageSource):
             self._failing_since_s = None
             raise CameraTimeout(f"{self._name} sends nothing")
         self._failing_since_s = self._failing_since_s or began_s
-        if now_s - self._failing_since_s > _LOST_S:
+        if now_s - self._failing_since_s > 1.0:  # [s] half of the time in which a loss is reported
             raise CameraLost(
                 f"{self._name} is connected but sends no more images; unplug it once, or connect "
                 f"it to another port"
             )
-        self._interrupted.wait(_RETRY_S)
+        self._interrupted.wait(0.03)  # [s] a frame period at 30 Hz: nothing is missed
         raise CameraTimeout(f"{self._name} sends nothing")
 
     def _choose(self, wanted: Wanted) -> None:

@@ -16,7 +16,6 @@ _QUERY, _GET, _SET = 0xC0445624, 0xC008561B, 0xC008561C
 # `struct v4l2_queryctrl` and `struct v4l2_control`, as struct writes them.
 _QUERY_FORM, _VALUE_FORM = "=II32siiiiI8x", "=Ii"
 
-_DISABLED = 0x1  # Flag of a control that the camera lacks (V4L2_CTRL_FLAG_DISABLED)
 
 AUTO_WHITE_BALANCE, AUTO_GAIN, GAIN, WHITE_BALANCE = 0x0098090C, 0x00980912, 0x00980913, 0x0098091A
 EXPOSURE_MODE, EXPOSURE, RATE_MAY_CHANGE = 0x009A0901, 0x009A0902, 0x009A0903
@@ -73,7 +72,8 @@ class DeviceControls:
                 return None
             raise
         _, _, _, lowest, highest, step, _, flags = found
-        return None if flags & _DISABLED else ControlRange(lowest, highest, max(step, 1))
+        # V4L2_CTRL_FLAG_DISABLED
+        return None if flags & 0x1 else ControlRange(lowest, highest, max(step, 1))
 
     def get(self, control: int) -> int:
         """Return the value of a control."""

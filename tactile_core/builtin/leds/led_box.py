@@ -158,11 +158,6 @@ class KeepAlive:
                 self._fault = error
 
 
-# [count] Requests within the time of the box's watchdog: three may be late or lost before the
-# lights go out
-_BEATS_PER_WATCHDOG = 4
-
-
 class BoxOptions(Options):
     """Options of every box."""
 
@@ -242,7 +237,8 @@ class LedBox(LightDriver):
         self._link = link = self._connect()
         _require(link.info, self._settings, link.place)
         link.set_levels(bytes(link.info.lights))  # what an earlier program left on
-        self._alive = KeepAlive(self._beat, link.info.watchdog_s / _BEATS_PER_WATCHDOG)
+        # [requests] three may be late or lost before the lights go out
+        self._alive = KeepAlive(self._beat, link.info.watchdog_s / 4)
 
     def _close(self) -> None:
         alive, self._alive = self._alive, None

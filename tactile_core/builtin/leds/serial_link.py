@@ -23,21 +23,14 @@ from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, holders, name_holders, 
 from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 from tactile_core.interfaces.device import ConnectedDevice
 
-# [bit/s] Speed of the port: the protocol; an Arduino divides its clock to it exactly, and setting
-# six lights takes less than 3 ms
-_BAUD = 500000
 # [s] Longest wait for the first hello: the bootloader of an Arduino runs for 1 s (Optiboot) or 2 s
 # (older ones) after its port is opened
 _HELLO_S = 4.0
 # [s] Interval at which a box that does not reset is asked for its hello: several times within the
 # time of a bootloader, which ends early when it receives something else
 _ASK_S = 0.5
-# [s] Longest wait within one call of the port: a small part of the shortest timeout
-_SLICE_S = 0.02
 # [count] How often a request is sent: the protocol; damage to two lines in a row is a bad cable
 _ATTEMPTS = 2
-# [bytes] Received bytes without an end of line that are kept: twice the protocol's line
-_LONGEST_LINE = 128
 
 
 class SerialLink:
@@ -153,7 +146,7 @@ class SerialLink:
                 del self._received[: end + 1]
                 if line:
                     yield line
-            del self._received[:-_LONGEST_LINE]
+            del self._received[:-128]  # [bytes] twice the protocol's line
             if time.monotonic() >= until:
                 return
             self._received += self._unless_gone(lambda: self._port.read(self._port.in_waiting or 1))
@@ -271,8 +264,8 @@ def open_port(name: str, timeout_s: float) -> Any:
     try:
         port = serial.Serial(
             name,
-            _BAUD,
-            timeout=_SLICE_S,
+            500000,  # [bit/s] the protocol; an Arduino divides its clock to it exactly
+            timeout=0.02,  # [s] a small part of the shortest timeout
             write_timeout=timeout_s,
             exclusive=True,
         )

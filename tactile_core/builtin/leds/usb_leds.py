@@ -28,15 +28,10 @@ _TO_BOX, _FROM_BOX = 0x40, 0xC0  # Request types: vendor request to the device, 
 
 _DESCRIBE, _SET, _STATUS, _ALIVE = 1, 2, 3, 4  # Requests of the protocol
 
-_INTERFACE = 0  # The interface that is claimed, so that no other program uses the box
-
 # Error numbers of a device that was unplugged.
 GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN, errno.ENOENT)
 
-
 _POLL_S = 0.001  # [s] Interval at which the status is asked for: one frame of full-speed USB
-# [bytes] Bytes that a description has at most: twice the line of the protocol
-_LONGEST_DESCRIPTION = 128
 
 
 class UsbLink:
@@ -62,7 +57,7 @@ class UsbLink:
         self._numbers = cycle(range(UNASKED + 1, 256))
         try:
             self._claim()
-            text = self._ask(_DESCRIBE, _LONGEST_DESCRIPTION, timeout_s)
+            text = self._ask(_DESCRIBE, 128, timeout_s)  # [bytes] twice the line of the protocol
             self.info = BoxInfo.from_words(text.decode("ascii", "replace").split())
         except LineError as error:
             self.close()
@@ -97,7 +92,8 @@ class UsbLink:
         import usb.util
 
         try:
-            usb.util.claim_interface(self._device, _INTERFACE)
+            # Claimed, so that no other program uses the box
+            usb.util.claim_interface(self._device, 0)
         except (usb.core.USBError, NotImplementedError) as error:
             raise explain_refusal(self._device, error) from error
 

@@ -30,7 +30,6 @@ Numbers = FiniteFloat | tuple[FiniteFloat, ...]
 PositiveNumbers = PositiveFloat | tuple[PositiveFloat, ...]
 
 WRENCH = ("fx", "fy", "fz", "tz")  # Names of the outputs of a network that estimates a wrench
-_COLOUR = 3
 
 
 def _check_length(name: str, given: object, of: tuple[object, ...] | None, what: str) -> None:
@@ -43,7 +42,7 @@ class SensorImage(Section):
 
     width_px: PositiveInt
     height_px: PositiveInt
-    channels: PositiveInt = _COLOUR
+    channels: PositiveInt = 3  # red, green and blue
     mm_per_px: PositiveFloat | None = Field(
         default=None, description="Scale. Default: any scale is accepted."
     )

@@ -151,23 +151,20 @@ class Coverage:
         return distance
 
 
-class PREQUENTIAL:
-    """Parameters of the running score. Nothing sets them."""
-
-    # [count] Latest presses whose mean error is the score. Source: by hand: errors of single
-    # presses differ by half.
-    window = 6
+# [count] Latest presses whose mean error is the score. Source: by hand: errors of single
+# presses differ by half.
+_WINDOW = 6
 
 
 def score_of(errors_deg: Sequence[float]) -> float | None:
     """Return the mean of the latest errors; None without any."""
-    latest = errors_deg[-PREQUENTIAL.window :]
+    latest = errors_deg[-_WINDOW:]
     return float(np.mean(latest)) if len(latest) else None
 
 
 def still_helps(errors_deg: Sequence[float]) -> bool:
     """Whether the score was still falling between the latest two windows."""
-    window = PREQUENTIAL.window
+    window = _WINDOW
     if len(errors_deg) < 2 * window:
         return True
     now, before = np.mean(errors_deg[-window:]), np.mean(errors_deg[-2 * window : -window])

@@ -98,12 +98,9 @@ def with_something_beside(presses: Mapping[str, Float64]) -> set[str]:
 NOWHERE = Circle((0.0, 0.0), 0.0, "it has not been searched")
 
 
-class BENCH:
-    """Parameters of what can be calibrated on. Nothing sets them from outside."""
-
-    # [deg] A ball whose slope stays below this in the whole view teaches nothing. Source: by
-    # hand, : little more than the error of a good calibration.
-    least_slope_deg = 5.0
+# [deg] A ball whose slope stays below this in the whole view teaches nothing. Source: by
+# hand, little more than the error of a good calibration.
+_LEAST_SLOPE_DEG = 5.0
 
 
 class TouchBench:
@@ -186,8 +183,8 @@ def _check_slopes(ball_diameter_mm: float, profile: Profile) -> None:
     image = profile.image
     reach_mm = hypot(image.width_px, image.height_px) / 2 * image.mm_per_px
     slope_deg = degrees(atan2(reach_mm, ball_diameter_mm / 2))
-    if slope_deg < BENCH.least_slope_deg:
-        most_mm = 2 * reach_mm / tan(radians(BENCH.least_slope_deg))
+    if slope_deg < _LEAST_SLOPE_DEG:
+        most_mm = 2 * reach_mm / tan(radians(_LEAST_SLOPE_DEG))
         raise InputError(
             f"a ball of {ball_diameter_mm:g} mm is nearly flat over a view of "
             f"{image.width_px * image.mm_per_px:.3g} mm; press one of at most {most_mm:.3g} mm, or "

@@ -23,7 +23,13 @@ from tactile_core.calibration.guided.background import (
     UndeformedCells,
     naming_a_kill,
 )
-from tactile_core.calibration.guided.coverage import Coverage, Target, score_of, still_helps
+from tactile_core.calibration.guided.coverage import (
+    COVERAGE,
+    Coverage,
+    Target,
+    score_of,
+    still_helps,
+)
 from tactile_core.calibration.guided.examination import TouchBench, Verdict
 from tactile_core.calibration.guided.touch import TOUCH, Guidance, State, Still, Touches
 from tactile_core.calibration.presses import FoundPress
@@ -40,9 +46,7 @@ class SESSION:
     """When guided calibration begins and ends. Nothing sets them from outside."""
 
     quiet_frames = 3  # [count] Frames without a touch before the first press: they show the noise
-    # [count] No more are asked for. Source: the guide: thirty presses are good, and with one bad
-    # in five 24 are left of them.
-    most_presses = 24
+    most_presses = COVERAGE.presses  # [count] No more are asked for than cover the view
 
 
 class GuidedCalibration:

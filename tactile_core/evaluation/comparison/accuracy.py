@@ -18,7 +18,6 @@ from tactile_core.formats.npz import read_npz
 
 Arrays = Mapping[str, NDArray[Any]]
 
-_SCALE_TOLERANCE = 0.01  # Largest relative difference of scale, as a ratio. Chosen by hand.
 # Arrays that are not measured quantities, so they have no ground truth.
 _WITHOUT_TRUTH = frozenset({"valid", "mm_per_px"})
 
@@ -74,7 +73,7 @@ def common_names(measured: Arrays, truth: Arrays, path: Path) -> list[str]:
     """
     if "mm_per_px" in measured and "mm_per_px" in truth:
         true, scale = _scale(truth["mm_per_px"], path), float(measured["mm_per_px"])
-        if abs(true / scale - 1) > _SCALE_TOLERANCE:
+        if abs(true / scale - 1) > 0.01:  # [ratio]
             raise InputError(
                 f"{path} has {true:g} mm per pixel and the recording {scale:g}; give the truth of "
                 f"this recording"

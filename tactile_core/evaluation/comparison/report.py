@@ -89,9 +89,6 @@ class Comparison:
 
 NOTHING = "–"  # Cell of a score that does not exist
 
-# Percentile of the absolute height error at which the colour scale ends. Chosen by hand.
-_ERROR_PERCENTILE = 99.5
-
 _EXPLAINED = (
     "Normals: angle between measured and true normals, over all pixels and over the true contact. "
     "Height: root mean square error over the same two sets of pixels; peak: mean difference of the "
@@ -142,7 +139,8 @@ def _figures(comparison: Comparison, truth: Arrays) -> list[str]:
     heights = [_map(a["height_mm"], mm_per_px) if "height_mm" in a else None for a in shown]
     errors = [np.abs(h.mm - true_map.mm) for h in heights if h is not None]
     # one scale for all figures; single pixels do not set it
-    most_mm = max((float(np.percentile(error, _ERROR_PERCENTILE)) for error in errors), default=0.0)
+    # [percent] There the colour scale ends
+    most_mm = max((float(np.percentile(error, 99.5)) for error in errors), default=0.0)
     figures = [figure(relief(true_map, _contact(truth)), "truth")]
     for variant, height, arrays in zip(comparison.variants, heights, shown, strict=True):
         figures.append(heading(variant.name))

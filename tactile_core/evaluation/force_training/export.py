@@ -17,8 +17,6 @@ from tactile_core.formats.files import write_atomically
 from tactile_core.formats.text import yaml_text
 from tactile_core.profiles.model import Profile
 
-OPSET = 13  # Of ONNX: old enough for every OpenCV that the project supports
-
 
 class DataSheet(NamedTuple):
     """What a reader must know about a network.
@@ -68,7 +66,7 @@ def onnx_bytes(network: Any, planes: int, size: tuple[int, int]) -> bytes:
             network.eval(),
             (zeros,),
             buffer,
-            opset_version=OPSET,
+            opset_version=13,  # of ONNX: every supported OpenCV knows it
             dynamo=False,
             input_names=["planes"],
             output_names=["wrench"],

@@ -37,7 +37,6 @@ from tactile_core.sim.force_data import (
 LICENCE = "MIT"  # Of networks that train on the project's own virtual sensors
 # Numbers of the first virtual units: trained on, for the standard deviations, and scored.
 FIRST_UNIT, FIRST_CHECKED, FIRST_UNSEEN = 101, 9101, 9001
-_HALF_SIZE = 8  # One unit in so many is rendered at full size; half the size takes half the time
 
 
 class Trained(NamedTuple):
@@ -121,7 +120,8 @@ def train_on_virtual_units(
     progress.stage("rendering", 0.6)
     rendered: list[UnitSamples] = []
     for unit, objects in wanted:
-        half = unit < FIRST_UNSEEN and unit % _HALF_SIZE != 0
+        # [units] One in so many is rendered at full size; half the size takes half the time
+        half = unit < FIRST_UNSEEN and unit % 8 != 0
         path = plan.out / "data" / f"unit_{unit:04d}.npz"
         rendered.append(kept_samples(path, design, unit, objects=objects, count=samples, half=half))
         progress.fraction(len(rendered) / len(wanted))

@@ -167,7 +167,6 @@ def mirrored_channels(azimuths_deg: Sequence[float]) -> tuple[int, ...] | None:
     return tuple(order) if order else None
 
 
-_FEWEST_SEQUENCES = 3  # One to train on, one for the standard deviations, and one for the score
 _PARTS = 5  # Of a recording without named sequences
 
 
@@ -221,7 +220,7 @@ def recorded_samples(
             f"which {input} does not contain; give the forces of this recording"
         )
     sequences = np.array([table.sequences[row] for row in rows])
-    if len(set(sequences)) < _FEWEST_SEQUENCES:
+    if len(set(sequences)) < 3:  # for training, for the standard deviations, and for the score
         count = len(rows)
         sequences = np.array([f"part {1 + _PARTS * k // count}" for k in range(count)])
     stack = np.stack(images).astype(np.float16)

@@ -7,19 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tactile_core.algorithms.arrays.regression import ONE_SIGMA
 from tactile_core.algorithms.arrays.types import Float64
 
 COMPONENTS = "fx", "fy", "fz", "tz"
 
-
 # Shares of the normal force outside the view up to which a contact is inside it, and visible.
 _INSIDE, _VISIBLE = 0.02, 0.1
-
-
-_SMALL = 0.15  # Share of the samples that count as small forces
-
-
-_ONE_SIGMA = 0.683  # Probability that a normal error is below one standard deviation
 
 
 class ForceScore(NamedTuple):
@@ -99,10 +93,10 @@ def fitted_std(found: Float64, true: Float64) -> tuple[Float64, Float64]:
         For each unit of force.
     """
     error, magnitude = np.abs(found - true), np.linalg.norm(found[:, :3], axis=1)
-    small = magnitude <= np.quantile(magnitude, _SMALL)
-    floor = np.maximum(np.quantile(error[small], _ONE_SIGMA, axis=0), 1e-9)
+    small = magnitude <= np.quantile(magnitude, 0.15)  # [share of the samples] small forces
+    floor = np.maximum(np.quantile(error[small], ONE_SIGMA, axis=0), 1e-9)
     more = np.sqrt(np.maximum(error[~small] ** 2 - floor**2, 0))
-    share = np.quantile(more / magnitude[~small][:, None], _ONE_SIGMA, axis=0)
+    share = np.quantile(more / magnitude[~small][:, None], ONE_SIGMA, axis=0)
     return floor, share
 
 

@@ -99,8 +99,6 @@ def _enlargement(given: int, made: int, small: tuple[int, int], large: tuple[int
 
 
 _SIGNS = np.array([-1, 1, 1, -1], np.float32)  # Of a wrench in the mirror: fx and tz change
-_NOISE = 4_000_000  # Standard normal samples that the noise is taken from
-
 
 _BATCH = 64  # Images per step
 
@@ -196,7 +194,7 @@ def train(
     progress : Progress
     """
     rng = np.random.default_rng(seed)
-    table = rng.standard_normal(_NOISE, np.float32)
+    table = rng.standard_normal(4_000_000, np.float32)  # [samples]
     network = network.to(memory_format=torch.channels_last).train()
     averaged = deepcopy(network)
     optimiser = torch.optim.AdamW(network.parameters(), weight_decay=1e-2)

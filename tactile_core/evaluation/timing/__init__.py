@@ -181,7 +181,7 @@ def bench(
     *,
     sizes_px: Sequence[tuple[int, int]] = (),
     calibration: str | None = None,
-    seconds: float = SECONDS,
+    seconds: float = 6.0,
     progress: Progress | None = None,
 ) -> Benches:
     """Measure the time of each stage with one thread on one core.

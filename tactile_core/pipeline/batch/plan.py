@@ -138,10 +138,6 @@ def _hash(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
-_ATTEMPTS = 2  # How often a recording is begun whose process is killed
-
-_REPORT_EVERY_S = 0.2  # Time between two reports of a process
-
 # A job, and the measured share of its recording or, last, what came of it.
 Step = tuple[RecordingJob, float | MeasuredRecording]
 
@@ -182,7 +178,8 @@ def in_processes(jobs: Sequence[RecordingJob], workers: int) -> Iterator[Step]:
         left = len(jobs)
         while left:
             job, step = steps.get()
-            if isinstance(step, ChildProcessError) and begun[job.name] < _ATTEMPTS:
+            # [count] a recording whose process is killed is begun again
+            if isinstance(step, ChildProcessError) and begun[job.name] < 2:
                 give(job)
                 continue
             if isinstance(step, Exception):
@@ -206,6 +203,6 @@ def _measuring() -> Generator[float | MeasuredRecording | None, RecordingJob, No
             for step in steps:
                 if isinstance(step, MeasuredRecording):
                     job = yield step
-                elif monotonic() - said_s > _REPORT_EVERY_S:
+                elif monotonic() - said_s > 0.2:  # [s] between two reports
                     said_s = monotonic()
                     yield step

@@ -103,12 +103,6 @@ class PatientDisk(FileIO):
 
 END = "_end"  # Added to the name of a column of bytes: the column with the end of each row
 
-_CHUNK_BYTES = 1 << 13  # Size of a chunk of small rows, bytes
-
-_LONG_CHUNK_BYTES = 1 << 16  # Size of a chunk of a column of bytes
-
-_WAITING_BYTES = 1 << 24  # Rows in memory that are written together, bytes
-
 
 def import_h5py() -> Any:
     """Return the module ``h5py``, which can read blosc2 if ``hdf5plugin`` is installed.
@@ -206,7 +200,7 @@ class ColumnFile:
             self._waiting[name] = _Column([], begin, attributes or {}, compressed)
         self._waiting[name].rows.append(rows)
         self._waiting_bytes += rows.nbytes
-        if self._waiting_bytes > _WAITING_BYTES:
+        if self._waiting_bytes > (1 << 24):  # [bytes] written together
             self._write()
 
     def append_bytes(self, name: str, data: bytes) -> None:
@@ -254,7 +248,8 @@ class ColumnFile:
     def _create(self, name: str, column: _Column) -> None:
         first = column.rows[0]
         row_bytes = max(1, first.dtype.itemsize * int(np.prod(first.shape[1:])))
-        size = _LONG_CHUNK_BYTES if row_bytes == 1 else _CHUNK_BYTES
+        # [bytes] of a chunk; columns of bytes are long
+        size = 1 << 16 if row_bytes == 1 else 1 << 13
         rows = 1 if column.compressed else max(1, size // row_bytes)
         gzip = {"compression": "gzip", "compression_opts": 1} if column.compressed else {}
         dataset = self._opened.create_dataset(

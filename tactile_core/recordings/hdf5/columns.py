@@ -28,9 +28,6 @@ NONE = -1  # Stands for None in columns of integers; in those of floats it is Na
 
 _GRID = frozenset({"y", "x", "xy", "xyz"})  # Axes that have one length in all readings
 
-# Shortest column of text, bytes: state names fit, so that no second column is needed.
-_TEXT_BYTES = 64
-
 
 class NumberColumn(NamedTuple):
     """A value of :meth:`RecordedImage.describe_image` as a column.
@@ -181,5 +178,6 @@ def _storable(rows: NDArray[Any]) -> NDArray[Any]:
     if rows.dtype.kind != "U":
         return rows
     encoded = np.char.encode(rows, "utf-8")
-    length = max(_TEXT_BYTES, encoded.dtype.itemsize)
+    # [bytes] names of states fit, so that no second column is needed
+    length = max(64, encoded.dtype.itemsize)
     return encoded.astype(f"S{1 << (length - 1).bit_length()}")

@@ -45,15 +45,11 @@ from tactile_core.recordings.recording_file import (
 )
 from tactile_core.recordings.session_files import reference_from, session_of
 
-_MOST_SMALL_BYTES = 1 << 20  # Largest event, bytes
 # A channel and the number of its messages, at the end of the statistics.
 _COUNT = struct.Struct("<HQ")
 
 # What was read of the last files: a command opens its recording several times.
 _KNOWN: dict[tuple[Any, ...], dict[str, Any]] = {}
-_MOST_KNOWN = 2
-# Age of a file from which on its times change with it; file systems count in seconds at worst.
-_SETTLED_S = 2.0
 
 
 class McapFile(RecordingFile):
@@ -86,9 +82,9 @@ class McapFile(RecordingFile):
             known = {name: value for name, value in vars(self).items() if name != "records"}
         vars(self).update(known)
         # soon after a change, the next one may have the same time
-        if self.records.age_s > _SETTLED_S:
+        if self.records.age_s > 2.0:  # [s] file systems count in seconds at worst
             _KNOWN[key] = known
-            for oldest in list(_KNOWN)[:-_MOST_KNOWN]:
+            for oldest in list(_KNOWN)[:-2]:  # [files]
                 del _KNOWN[oldest]
 
     def _read(self, path: Path) -> None:
@@ -225,7 +221,7 @@ def _is_image(schema: str, topic: str) -> bool:
 
 
 def _json(record: McapRecord) -> Mapping[str, Any]:
-    if record.place.length > _MOST_SMALL_BYTES:
+    if record.place.length > (1 << 20):  # [bytes] of an event
         raise ValueError("an event is too large")
     values = json.loads(bytes(record.content[MESSAGE_HEADER.size :]))
     if not isinstance(values, dict):

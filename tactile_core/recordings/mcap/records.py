@@ -43,8 +43,6 @@ _LENGTH = struct.Struct("<Q")
 _TAIL_BYTES = RECORD.size + FOOTER_CONTENT.size + len(MAGIC)
 # Largest record that is read into memory, and largest content of a compressed chunk.
 _MOST_BYTES = 1 << 30
-_BLOCK_BYTES = 1 << 22
-_NAMES_BYTES = 1 << 12  # Longest beginning of an attachment, with its name, bytes
 # May be a chunk or an attachment: its kind, and the high bytes of its length.
 _BEGINNING = re.compile(rb"[\x06\x09](?=[\s\S]{4}[\s\S]\x00\x00\x00)")
 _EMPTY_CHUNK_BYTES = CHUNK_HEADER.size + _LENGTH.size
@@ -218,7 +216,7 @@ class McapRecords:
     def _attachment_at(self, at: int) -> McapRecord | None:
         _, end = self._record_at(at)
         start = at + RECORD.size
-        header = self.read_at(start, _NAMES_BYTES)
+        header = self.read_at(start, 1 << 12)  # [bytes] its beginning, with its name
         if not _is_attachment(header, end - start) or end > self._end:
             return None
         content = memoryview(self.read_at(start, end - start))
@@ -229,7 +227,7 @@ class McapRecords:
     def _next_sound(self, at: int) -> int:
         """Return the offset of the next sound chunk or attachment; the end if there is none."""
         while at < self._end:
-            block = self.read_at(at, _BLOCK_BYTES)
+            block = self.read_at(at, 1 << 22)  # [bytes]
             for found in _BEGINNING.finditer(block):
                 begin = at + found.start()
                 kind, length = RECORD.unpack_from(block, found.start())

@@ -36,8 +36,6 @@ from tactile_core.recordings.recorder import (
 )
 from tactile_core.recordings.session_files import ESSENTIAL, reference_bytes, session_files
 
-_ANY_OBJECT = b'{"type": "object"}'  # JSON schema of an object with any keys
-
 
 class McapWriter(RecordingWriter):
     """Writes an MCAP file, without compression: camera images hardly shrink.
@@ -200,7 +198,7 @@ class McapWriter(RecordingWriter):
     def _register_channel(self, topic: str, schema: str) -> int:
         protobuf = schema.startswith("foxglove.")
         if schema not in self._schemas:
-            content = _file_descriptors(schema) if protobuf else _ANY_OBJECT
+            content = _file_descriptors(schema) if protobuf else b'{"type": "object"}'
             encoding = "protobuf" if protobuf else "jsonschema"
             self._schemas[schema] = self._chunks.register_schema(schema, encoding, content)
         name = f"{self._root}/{topic}"

@@ -63,13 +63,6 @@ class HeightMapIndenter(Indenter):
         return np.asarray(values)
 
 
-_MAX_POINTS = 4_000_000  # [count] Largest number of points of the height map; it bounds memory
-# [barycentric share] Points this far outside a triangle still belong to it, so that rounding opens
-# no gap between two triangles that share an edge: far above the rounding error of float64, far
-# below a point's spacing
-_EDGE_SLACK = 1e-9
-
-
 def mesh_indenter(
     path: str | Path, *, scale: float = 1.0, mm_per_px: float = 0.05
 ) -> HeightMapIndenter:
@@ -127,7 +120,7 @@ def _lower_side(vertices: Array, faces: NDArray[np.int64], mm_per_px: float) -> 
     """(H, W) protrusion towards −z on a grid centred on the bounding box; nan outside."""
     low, high = vertices[:, :2].min(0), vertices[:, :2].max(0)
     columns, rows = np.maximum(np.ceil((high - low) / mm_per_px).astype(int) + 1, 2)
-    if rows * columns > _MAX_POINTS:
+    if rows * columns > 4_000_000:  # [points] bounds memory
         raise InputError(
             f"a mesh of {high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} mm is too large for points "
             f"{mm_per_px:g} mm apart; give a larger mm_per_px, or a scale if it is not in mm"
@@ -151,7 +144,7 @@ def _draw(lowest: Array, a: Array, b: Array, c: Array) -> None:
     x, y = np.arange(x0, x1), np.arange(y0, y1)[:, None]
     second = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
     third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
-    slack = -_EDGE_SLACK
+    slack = -1e-9  # [barycentric share] Rounding opens no gap between triangles that share an edge
     inside = (second >= slack) & (third >= slack) & (second + third <= 1 - slack)
     z = a[2] + second * (b[2] - a[2]) + third * (c[2] - a[2])
     part = lowest[y0:y1, x0:x1]

@@ -13,13 +13,9 @@ from tactile_core.errors import InputError
 from tactile_core.sim.indenters.solids import Indenter, positive
 from tactile_core.sim.indenters.textures import weave_gap
 
-_GRAINS = 32  # [count] Side of the square tile that repeats, in grains: a contact covers fewer
 # [count] Points of the tile on one grain: sampling theorem: two per wavelength of the shortest
 # wave, which is half a grain
 _POINTS_PER_GRAIN = 4
-# [standard deviations] Peaks are cut at this height, so that one peak does not carry the object:
-# 2.3 % of a normal distribution are higher
-_HIGHEST = 2.0
 
 
 @dataclass(frozen=True)
@@ -128,12 +124,13 @@ class Roughness:
     def _tile(self) -> Array:
         from scipy.ndimage import gaussian_filter
 
-        side = _GRAINS * _POINTS_PER_GRAIN
+        side = 32 * _POINTS_PER_GRAIN  # [grains] Of the tile that repeats; a contact covers fewer
         noise = np.random.default_rng([int(self.seed), 61]).standard_normal((side, side))
         # a Gaussian filter of σ gives the correlation exp(−r²/4σ²): σ is the length over √2 … 2
         height = gaussian_filter(noise, _POINTS_PER_GRAIN / 2, mode="wrap")
         height /= height.std()
-        return np.asarray(self.relief_mm * (_HIGHEST - height).clip(0))
+        # [sigmas] One peak does not carry the object; 2.3 % of a normal distribution are higher
+        return np.asarray(self.relief_mm * (2.0 - height).clip(0))
 
 
 TEXTURES: dict[str, Callable[..., Ribs | Weave | Roughness]] = {

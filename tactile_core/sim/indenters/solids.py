@@ -42,14 +42,9 @@ class Indenter(ABC):
         return None
 
 
-# [share of the radius] A round surface counts as the lower side up to this distance from its axis.
-# Beyond, the wall is nearly vertical
-_LOWER_SIDE_SHARE = 0.995
-
-
 def round_gap(distance_mm: Array, radius_mm: float) -> Array:
     """Height of a circle of this radius above its lowest point; FAR_MM outside the circle."""
-    near = distance_mm < _LOWER_SIDE_SHARE * radius_mm
+    near = distance_mm < 0.995 * radius_mm  # [radii] beyond, the wall is nearly vertical
     if near.all():
         return _rise(distance_mm, radius_mm)
     # most nodes of a gel surface are not below the object

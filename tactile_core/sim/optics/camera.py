@@ -15,16 +15,9 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import COLOUR
 
-# [bits] Smallest resolution of the analogue-to-digital converter ahead of the gamma curve
-_CONVERTER_BITS = 12
-_TABLE_FRAMES = 2  # [frames] Size of the table of noise samples in fast mode
 # [steps] Resolution of noise samples, which are stored as int8: 127 steps reach 4 standard
 # deviations, which one sample in 16 000 exceeds; rounding adds 1/(12 · 32²) of the variance
 _STEPS_PER_SIGMA = 32
-# [JPEG quality] Quality of 8-bit colour cameras with gamma, unless the profile sets it
-_DEFAULT_JPEG_QUALITY = 90
-_FAR_CROSSTALK = 0.25  # [share of the adjacent crosstalk] Crosstalk between red and blue
-
 
 # Whether OpenCV has look-up tables of 16-bit numbers; numpy takes twice as long.
 _LOOKS_UP_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
@@ -67,7 +60,7 @@ class Chip:
         webcam = image.transfer == "gamma" and image.color == "rgb" and image.bit_depth == 8
         quality = sensor.jpeg_quality
         if quality is None:
-            quality = _DEFAULT_JPEG_QUALITY if webcam else "none"
+            quality = 90 if webcam else "none"  # [JPEG quality] of 8-bit colour cameras with gamma
         if quality != "none" and image.bit_depth > 8:
             raise InputError(
                 f"profile {profile.name!r}: JPEG holds 8 bits and image.bit_depth is "
@@ -128,7 +121,8 @@ class Chip:
     def _levels(self) -> int:
         """Number of levels of light that the converter distinguishes."""
         linear = self.gamma == 1
-        return 1 << (self.bit_depth if linear else max(_CONVERTER_BITS, self.bit_depth))
+        # [bits] A converter ahead of the gamma curve resolves at least as many
+        return 1 << (self.bit_depth if linear else max(12, self.bit_depth))
 
     @cached_property
     def _table(self) -> NDArray[Any]:
@@ -172,7 +166,7 @@ class Noise:
         self._size = size
         self._seed = seed
         rng = np.random.default_rng([seed, 1])
-        self._table = _draw_steps(_TABLE_FRAMES * size, rng) if from_table else None
+        self._table = _draw_steps(2 * size, rng) if from_table else None  # [frames] of noise
 
     def draw_samples(self, frame: int, exposure: int) -> Numbers:
         """Return the samples of one exposure of one frame."""
@@ -198,7 +192,7 @@ def crosstalk_matrix(share: float) -> Float32:
     Adjacent colours leak by ``share``, red and blue into each other by a quarter of that. Each row
     sums to 1, so that white remains white.
     """
-    far = share * _FAR_CROSSTALK
+    far = share * 0.25  # [share] between red and blue
     matrix = np.array([[0, share, far], [share, 0, share], [far, share, 0]])
     np.fill_diagonal(matrix, 1 - matrix.sum(1))
     return matrix.astype(np.float32)

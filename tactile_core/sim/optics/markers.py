@@ -16,17 +16,8 @@ from tactile_core.sim.optics.faults import Faults
 # [marker diameters] Upper bound on the distance of a marker's corners from its centre: geometry:
 # 1/√2 for a square, 1/√3 for a triangle
 _CORNER_SIZES = 0.75
-_JITTER_PITCHES = 0.22  # [pitches] Largest offset of a quasi-random marker along x and y
-# [ratio] The offset is also at most the gap between two markers divided by this, so that they do
-# not touch: two markers that approach each other share the gap; a tenth more keeps them apart
-_CLEAR_DIVISOR = 2.2
 # [count] Markers across the image width if the profile's markers are ``auto``
 _AUTO_COLUMNS: float = 14
-# [pitches] Marker diameter if the profile's markers are ``auto``: near the 0.40 mm per 1.2 mm of
-# [1]_
-_AUTO_DIAMETER_PITCHES = 0.36
-_BEYOND_PITCHES = 2  # [pitches] Rows and columns of markers outside each border of the image
-_BRIDGE_PITCHES = 1.2  # [ratio] Density of the ink between two merged markers
 # [relative to the bare surface] Reflectance of black ink, and of white ink on a grey coating
 _INK = {"dark": 0.06, "bright": 2.0}
 
@@ -72,14 +63,18 @@ class MarkerPrint:
             pitch, size = markers.pitch_mm / image.mm_per_px, markers.diameter_mm / image.mm_per_px
         else:
             pitch = 1 / _AUTO_COLUMNS * image.width_px
-            size = _AUTO_DIAMETER_PITCHES * pitch
+            # [pitches] If the profile's markers are ``auto``: near the 0.40 mm per 1.2 mm of [1]_
+            size = 0.36 * pitch
         x, y = (_positions(n, pitch) for n in (image.width_px, image.height_px))
         centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         angles = np.full(len(centres), np.radians(look.angle_deg))
         if look.layout == "quasi_random":
             rng = np.random.default_rng([seed, 11])
-            clear = max(0.0, (pitch - size) / _CLEAR_DIVISOR)
-            reach = min(_JITTER_PITCHES * pitch, clear)
+            # [ratio] Two markers that approach each other share the gap; a tenth more keeps them
+            # apart
+            clear = max(0.0, (pitch - size) / 2.2)
+            # [pitches] Largest offset of a quasi-random marker along x and y
+            reach = min(0.22 * pitch, clear)
             centres = centres + rng.uniform(-reach, reach, centres.shape)
             angles = rng.uniform(0, 2 * np.pi, len(centres))
         if look.jitter_mm:
@@ -145,7 +140,8 @@ class MarkerPrint:
         """
         centres_px = np.asarray(centres_px, np.float64)
         first, second = centres_px[self.joined[:, 0]], centres_px[self.joined[:, 1]]
-        count = int(np.ceil(_BRIDGE_PITCHES * self._pitch_px / self.size_px))
+        # [ratio] Density of the ink between two merged markers
+        count = int(np.ceil(1.2 * self._pitch_px / self.size_px))
         bridges = [first + (second - first) * k / (count + 1) for k in range(1, count + 1)]
         kept = ~self.worn
         centres = np.concatenate([centres_px[kept], *bridges])
@@ -209,5 +205,5 @@ def _mount_print(centres_px: Float64, profile: SensorBuild) -> Float64:
 
 def _positions(length_px: int, pitch_px: float) -> Float64:
     """Centres along one side, symmetric about the middle, including some outside the image."""
-    count = int(length_px / pitch_px) + 2 * _BEYOND_PITCHES
+    count = int(length_px / pitch_px) + 2 * 2  # [pitches] outside each border
     return np.asarray((length_px - 1) / 2 + from_middle(count) * pitch_px)

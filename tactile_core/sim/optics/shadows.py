@@ -11,9 +11,6 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float32
 
-_MAX_STEPS = 16  # [count] Largest number of steps along a ray
-# [ratio] Smallest height per distance of a ray. It bounds the length of shadows at grazing light
-_MIN_RISE = 1e-3
 # [ratio] A ray can be hidden only near a slope of at least this share of its own rise: the mean
 # value theorem gives 1; OpenCV rounds positions to 1/32 pixel, which is at most 0.022 of a step
 _STEEPNESS = 0.97
@@ -50,7 +47,7 @@ class Shadows:
         size = (max(1, w // reduce), max(1, h // reduce))
         x, y, z = (cv2.resize(plane, size, interpolation=cv2.INTER_AREA) for plane in toward)
         level = np.maximum(np.hypot(x, y), 1e-6)
-        rise = np.maximum(z / level, _MIN_RISE)
+        rise = np.maximum(z / level, 1e-3)  # [ratio] bounds the length of shadows at grazing light
         return cls(np.stack([x / level, y / level]), rise, blur, mm_per_px * w / size[0])
 
     @property
@@ -67,7 +64,7 @@ class Shadows:
         """Return the number of steps of a ray over this relief, and their length in pixels."""
         reach_px = relief_mm / self.lowest_rise / self.mm_per_px
         reach_px = min(reach_px, float(np.hypot(*self.rise.shape)))
-        steps = int(np.clip(np.ceil(reach_px), 1, _MAX_STEPS))
+        steps = int(np.clip(np.ceil(reach_px), 1, 16))  # [count] along a ray
         return steps, max(reach_px / steps, 1.0)
 
 

@@ -16,12 +16,6 @@ from tactile_core.sim.optics.lights import LedArray, light_field
 from tactile_core.sim.optics.shadows import Shadows, cast
 from tactile_core.sim.optics.surface import OpticalSurface
 
-# [share] Specular share of the reflected light: to look like the coated gels in [1]_, figure 4
-_SPECULAR = 0.2
-# [root-mean-square slope over √2] Roughness of Beckmann's facet distribution; highlights are about
-# 20° wide: to look like the coated gels in [1]_, figure 4
-_ROUGHNESS = 0.35
-
 
 @dataclass(frozen=True)
 class Coating:
@@ -41,11 +35,13 @@ class Coating:
     @classmethod
     def from_profile(cls, profile: SensorBuild) -> Coating:
         """Return the coating of the profile's gel and optics."""
-        share = _SPECULAR if profile.gel.coating == "semi_specular" else 0.0
+        # [share] to look like the coated gels in [1]_, figure 4
+        share = 0.2 if profile.gel.coating == "semi_specular" else 0.0
         coat = profile.optics.coat
         return cls(
             share if coat.specular is None else coat.specular,
-            _ROUGHNESS if coat.roughness is None else coat.roughness,
+            # [slope over √2] highlights 20° wide, as in [1]_
+            0.35 if coat.roughness is None else coat.roughness,
         )
 
 
@@ -154,9 +150,6 @@ def _constant(shape: tuple[int, ...], value: float) -> Float32:
     return np.full(shape, value, np.float32)
 
 
-# [diagonals of the view] Distance from the gel surface to the pupil if the profile does not set it
-_VIEW_DIAGONALS = 1.5
-_MIN_BRIGHTNESS = 0.1  # [ratio] Lower bound of a light's random brightness
 _BAND_PX = 96  # [px] Rows rendered at once; their buffers fit into the processor's cache
 
 
@@ -208,7 +201,8 @@ def sources_of(
     made = []
     for led_array, deviation in zip(led_arrays, deviations, strict=True):
         toward = light_field(led_array, shape, mm_per_px=image.mm_per_px, rest_mm=rest_mm)
-        bright = max(_MIN_BRIGHTNESS, 1 + led_array.build.spread * float(deviation))
+        # [ratio] every light gives some light
+        bright = max(0.1, 1 + led_array.build.spread * float(deviation))
         direct = (1 - ambient) * bright
         shading = Shading.prepare(
             toward * np.float32(direct), led_array.blur * direct, coating, view
@@ -316,6 +310,7 @@ def _towards_camera(profile: SensorBuild, shape: tuple[int, int]) -> Float32:
     """(3, H, W) unit vectors from the gel surface to the pupil, above the image centre."""
     y, x = (from_middle(n) * profile.image.mm_per_px for n in shape)
     diagonal_mm = 2 * float(np.hypot(x[-1], y[-1]))
-    pupil_mm = profile.optics.sensor.view_distance_mm or _VIEW_DIAGONALS * diagonal_mm
+    # [diagonals] a usual lens
+    pupil_mm = profile.optics.sensor.view_distance_mm or 1.5 * diagonal_mm
     view = np.stack(np.broadcast_arrays(-x, -y[:, None], pupil_mm)).astype(np.float32)
     return np.asarray(view / np.sqrt((view**2).sum(0)), np.float32)

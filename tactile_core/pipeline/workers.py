@@ -203,6 +203,13 @@ def _messages() -> Iterator[Any]:
 T = TypeVar("T")
 
 
+def answer_each(work: Callable[[Any], Any]) -> Generator[Any, Any, None]:
+    """Answer each message that comes by what the function makes of it."""
+    answer = None
+    while True:
+        answer = work((yield answer))
+
+
 class Workers:
     """Worker processes, each with a thread of this process that hands it tasks.
 
@@ -241,6 +248,10 @@ class Workers:
             Raises :class:`ChildProcessError` if the process ended.
         """
         return self._threads.submit(self._done, task)
+
+    def ask(self, message: Any) -> Future[Any]:
+        """Send a message to the next idle process, and return its answer when it comes."""
+        return self.submit(lambda worker: worker.ask(message))
 
     def __enter__(self) -> Self:
         return self
@@ -326,14 +337,13 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
     ChildProcessError
         A worker was killed.
     """
-    pickled = pickle.dumps(processor, pickle.HIGHEST_PROTOCOL)
     left, waiting = iter(frames), deque[Future[Reading]]()
     try:
-        with Workers(workers, _measuring, pickled) as crew:
+        with Workers(workers, answer_each, processor.process) as crew:
             while True:
                 room = _WAITING_EACH * workers - len(waiting)
                 for frame in islice(left, room):
-                    waiting.append(crew.submit(partial(_measure_in_worker, frame)))
+                    waiting.append(crew.ask(frame))
                 if not waiting:
                     return
                 yield waiting.popleft().result()
@@ -341,17 +351,3 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
         raise ChildProcessError(
             "a worker process was killed, perhaps because memory ran out; use fewer workers"
         ) from error
-
-
-def _measure_in_worker(frame: Frame, worker: WorkerProcess) -> Reading:
-    reading = worker.ask(frame)
-    assert isinstance(reading, Reading)
-    return reading
-
-
-def _measuring(pickled: bytes) -> Generator[Reading | None, Frame, None]:
-    """Measure the frames that come."""
-    processor: Processor = pickle.loads(pickled)
-    frame = yield None
-    while True:
-        frame = yield processor.process(frame)

@@ -164,11 +164,10 @@ def peak_of_stream_mib(unit: VirtualUnit) -> float | None:
 
 
 def _stream(unit: VirtualUnit) -> Generator[float | None, None, None]:
-    with one_thread():
-        stream = Stream(unit)
-        for _ in range(WARM_UP_FRAMES):
-            stream.whole()
-        yield peak_memory_mib()
+    stream = Stream(unit)
+    for _ in range(WARM_UP_FRAMES):
+        stream.whole()
+    yield peak_memory_mib()
 
 
 SECONDS = 6.0  # Default time for measuring the stages of all units together, s. Chosen by hand.

@@ -7,9 +7,9 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
 from functools import partial
 from importlib import import_module
-from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
+from tactile_core.interfaces.device import Closing
 from tactile_core.pipeline.workers import WorkerProcess, Workers
 
 Done = Callable[[float], None]  # Called with the share of the tasks that is done
@@ -22,7 +22,7 @@ class Task(NamedTuple):
     arguments: tuple[Any, ...]
 
 
-class Crew:
+class Crew(Closing):
     """This process and its helpers, which work on independent tasks together.
 
     A task has the same result wherever it runs. What a helper cannot do, because it was killed or
@@ -41,17 +41,10 @@ class Crew:
     def __init__(self, helpers: int = 0, modules: Sequence[str] = ()) -> None:
         self._helpers = Workers(helpers, _helping, tuple(modules)) if helpers else None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End the helpers."""
         if self._helpers is not None:
-            self._helpers.__exit__(kind, error, traceback)
+            self._helpers.close()
 
     def run(self, shared: Any, tasks: Sequence[Task], done: Done | None = None) -> list[Any]:
         """Do all tasks.

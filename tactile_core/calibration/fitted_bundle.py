@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import platform
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from tactile_core import __version__
 from tactile_core.bundles.bundle import Bundle, current_time, names_of
 from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
 from tactile_core.calibration.crew import ALONE, Crew, Task
@@ -28,6 +24,7 @@ from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibrator import Calibrator, Progress
+from tactile_core.plugins.entry_points import library_versions
 from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
@@ -127,22 +124,11 @@ def fitted_bundle(
         held_out=None if score is None else score.summary(),
         light_range=light_range(good, undeformed),
         doubts=doubted,
-        versions=_versions(),
+        versions=library_versions(),
         profile_hash=profile_hash(profile),
     )
     bundle = Bundle(manifest, artefacts, undeformed)
     return Calibrated(bundle, surfaces, score, (*notes, *doubted), ground_truth.basis)
-
-
-def _versions() -> dict[str, str]:
-    import cv2
-
-    return {
-        "tactile-core": __version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "opencv": cv2.__version__,
-    }
 
 
 # Names of the events; their values are those of GuidedSession.

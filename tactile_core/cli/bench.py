@@ -96,7 +96,7 @@ def _lines(result: Benches) -> list[str]:
     from tactile_core.cli.output import table_lines
 
     about = result.machine
-    versions = ", ".join(f"{name} {v}" for name, v in about["versions"].items() if v is not None)
+    versions = ", ".join(f"{name} {v}" for name, v in about["versions"].items())
     lines = [
         f"{about['cpu']}, {about['cores']} cores, {about['system']}; {versions}",
         "one core, one thread, no camera; times in ms; memory of a whole process that only streams",

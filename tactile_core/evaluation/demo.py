@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,11 +16,10 @@ from numpy.typing import NDArray
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.workers import WorkerProcess, Workers
+from tactile_core.pipeline.workers import Workers, answer_each
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import ContactMask, Frame, Gradients, HeightMap
@@ -277,21 +275,9 @@ def demonstrate_rigs(
         Of the first rig that cannot be demonstrated.
     """
     progress.stage(f"calibrating and measuring {len(profiles)} virtual sensors", 1.0)
-    with Workers(min(processes, len(profiles)), _demonstrations) as crew:
-        tasks = [crew.submit(partial(_ask, profile)) for profile in profiles]
+    with Workers(min(processes, len(profiles)), answer_each, demonstrate) as crew:
+        tasks = [crew.ask(profile) for profile in profiles]
         for count, task in enumerate(as_completed(tasks), 1):
             task.result()
             progress.fraction(count / len(tasks))
     return [task.result() for task in tasks]
-
-
-def _ask(profile: Profile, worker: WorkerProcess) -> Demonstration:
-    answer: Demonstration = worker.ask(profile)
-    return answer
-
-
-def _demonstrations() -> Generator[Demonstration | None, Profile, None]:
-    with one_thread():
-        profile = yield None
-        while True:
-            profile = yield demonstrate(profile)

@@ -13,10 +13,10 @@ from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from tactile_core.errors import InputError, LibraryMissing
+from tactile_core.interfaces.device import Closing
 from tactile_core.live.desk import Desk
 from tactile_core.live.guiding import Gate, names_of
 from tactile_core.live.session import PageSession
@@ -129,7 +129,7 @@ def listening(host: str, port: int) -> socket.socket:
     return sock
 
 
-class LivePage:
+class LivePage(Closing):
     """A server of the live page in a thread of its own; use it in a ``with`` block.
 
     Parameters
@@ -173,14 +173,6 @@ class LivePage:
         self._thread.start()
         self._ready.wait()
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def wait(self) -> None:
         """Wait until serving has ended; signals come through."""

@@ -7,12 +7,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from tactile_core.acquisition.unit_devices import with_unit_devices
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import InputError, TactileError
+from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.playback import check_unit, recorded_session
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
@@ -134,7 +134,7 @@ class PairedReadings:
     apart_s: float
 
 
-class SensorGroup:
+class SensorGroup(Closing):
     """Open sensors whose readings belong together where their times do.
 
     All sensors need the same clock: live cameras of one host, or recordings that were started
@@ -252,17 +252,6 @@ class SensorGroup:
                 stack.callback(sensor.close)
             for thread in self._threads:  # a read that is under way ends after its timeout
                 stack.callback(thread.shutdown)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _acquire_frames(self, indices: Iterable[int]) -> list[Frame | None]:
         """Acquire one frame of each of these sensors, all at the same time."""

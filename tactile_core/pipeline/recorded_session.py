@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 
 from tactile_core.pipeline.pipeline import Pipeline
+from tactile_core.plugins.entry_points import library_versions
 from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import bundle_content, profile_text
 
 VIRTUAL = "core.virtual"  # The camera of every virtual sensor
 
+
 # Packages of which results depend on the version.
-_PACKAGES = ("tactile-core", "numpy", "opencv-contrib-python-headless", "scipy")
-
-
 def session_of(
     pipeline: Pipeline, *, sensor: str, exposures: int, gel: str | None, tared: bool
 ) -> RecordedSession:
@@ -43,14 +41,7 @@ def session_of(
         gel=named,
         bundle=None if bundle is None else bundle_content(bundle),
         reference=pipeline.given_reference,
-        software={name: found for name in _PACKAGES if (found := _version(name)) is not None},
+        software=library_versions(),
         started=datetime.now(UTC).isoformat(timespec="milliseconds"),
         tared=tared,
     )
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

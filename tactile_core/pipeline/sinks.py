@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import AbstractContextManager
-from types import TracebackType
 from typing import Self
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import Component, is_component_name
+from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading, Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.blame import blame, blame_of
@@ -19,7 +19,7 @@ from tactile_core.profiles.model import Profile
 CORE = "core"
 
 
-class Sinks:
+class Sinks(Closing):
     """Several sinks that receive the same readings; use it in a ``with`` block.
 
     Parameters
@@ -130,17 +130,6 @@ class Sinks:
                     self._sinks[name].close()
             finally:
                 self.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _blame_sink(self, name: str) -> AbstractContextManager[None]:
         return blame(f"the sink {name!r}", self._sinks[name])

@@ -16,10 +16,10 @@ from itertools import islice
 from pathlib import Path
 from queue import SimpleQueue
 from traceback import format_exception
-from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from tactile_core.errors import InputError, words_of
+from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.one_thread import ONE_THREAD
 from tactile_core.quantities import Frame
@@ -32,7 +32,7 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-class WorkerProcess:
+class WorkerProcess(Closing):
     """A generator that runs in a new interpreter with one thread.
 
     Unlike a process of :mod:`multiprocessing` it does not import the caller's script again, it ends
@@ -102,7 +102,7 @@ class WorkerProcess:
         self.send(message)
         return self.receive()
 
-    def end(self) -> None:
+    def close(self) -> None:
         """End the process. One that is at work is interrupted, and may release its resources."""
         if self._unanswered:
             self._process.terminate()
@@ -116,17 +116,6 @@ class WorkerProcess:
         # only now: a thread may have waited for an answer
         self._close_pipe(self._to)
         self._close_pipe(self._of)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.end()
 
     def _write(self, pickled: bytes) -> None:
         self._unanswered += 1
@@ -201,7 +190,14 @@ def _messages() -> Iterator[Any]:
 T = TypeVar("T")
 
 
-class Workers:
+def answer_each(work: Callable[[Any], Any]) -> Generator[Any, Any, None]:
+    """Answer each message that comes by what the function makes of it."""
+    answer = None
+    while True:
+        answer = work((yield answer))
+
+
+class Workers(Closing):
     """Worker processes, each with a thread of this process that hands it tasks.
 
     They start at once, and load their code while this process goes on. One that ends unexpectedly
@@ -240,20 +236,16 @@ class Workers:
         """
         return self._threads.submit(self._done, task)
 
-    def __enter__(self) -> Self:
-        return self
+    def ask(self, message: Any) -> Future[Any]:
+        """Send a message to the next idle process, and return its answer when it comes."""
+        return self.submit(lambda worker: worker.ask(message))
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """End all processes, whatever they do."""
         self._ended = True
         self._threads.shutdown(wait=False, cancel_futures=True)
         for worker in self._begun:
-            worker.end()
+            worker.close()
         self._threads.shutdown()
 
     def _done(self, task: Callable[[WorkerProcess], T]) -> T:
@@ -263,7 +255,7 @@ class Workers:
             result = task(worker)
         except Exception:
             if worker is not None:
-                worker.end()
+                worker.close()
             self._idle.put(None)
             raise
         self._idle.put(worker)
@@ -273,7 +265,7 @@ class Workers:
         worker = self._new()
         self._begun.append(worker)
         if self._ended:  # meanwhile
-            worker.end()
+            worker.close()
         worker.receive()
         return worker
 
@@ -321,14 +313,13 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
     ChildProcessError
         A worker was killed.
     """
-    pickled = pickle.dumps(processor, pickle.HIGHEST_PROTOCOL)
     left, waiting = iter(frames), deque[Future[Reading]]()
     try:
-        with Workers(workers, _measuring, pickled) as crew:
+        with Workers(workers, answer_each, processor.process) as crew:
             while True:
                 room = 2 * workers - len(waiting)  # [frames] enough that none is idle
                 for frame in islice(left, room):
-                    waiting.append(crew.submit(partial(_measure_in_worker, frame)))
+                    waiting.append(crew.ask(frame))
                 if not waiting:
                     return
                 yield waiting.popleft().result()
@@ -336,17 +327,3 @@ def shared_out(processor: Processor, frames: Iterable[Frame], workers: int) -> I
         raise ChildProcessError(
             "a worker process was killed, perhaps because memory ran out; use fewer workers"
         ) from error
-
-
-def _measure_in_worker(frame: Frame, worker: WorkerProcess) -> Reading:
-    reading = worker.ask(frame)
-    assert isinstance(reading, Reading)
-    return reading
-
-
-def _measuring(pickled: bytes) -> Generator[Reading | None, Frame, None]:
-    """Measure the frames that come."""
-    processor: Processor = pickle.loads(pickled)
-    frame = yield None
-    while True:
-        frame = yield processor.process(frame)

@@ -1,4 +1,4 @@
-"""Entry points of installed plugins, and which OpenCV is installed."""
+"""Entry points of installed plugins, and what else is installed."""
 
 from __future__ import annotations
 
@@ -159,3 +159,18 @@ def _passes_cv2(error: BaseException) -> bool:
             return True
         trace = trace.tb_next
     return False
+
+
+def library_versions() -> dict[str, str]:
+    """Return the versions of this package, Python and the libraries that compute."""
+    import platform
+
+    import cv2
+    import numpy
+    import scipy
+
+    from tactile_core import __version__
+
+    libraries = {"numpy": numpy, "scipy": scipy, "opencv": cv2}
+    found = {name: str(library.__version__) for name, library in libraries.items()}
+    return {"tactile-core": __version__, "python": platform.python_version(), **found}

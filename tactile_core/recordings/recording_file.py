@@ -6,10 +6,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from tactile_core.errors import InputError
+from tactile_core.interfaces.device import Closing
 from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.recorder import RecordedSession
 
@@ -52,7 +52,7 @@ class EventEntry:
     values: Mapping[str, Any]
 
 
-class RecordingFile(ABC):
+class RecordingFile(Closing, ABC):
     """One recording of a sensor, in one format; it may be growing, truncated or damaged.
 
     Attributes
@@ -89,17 +89,6 @@ class RecordingFile(ABC):
     @abstractmethod
     def close(self) -> None:
         """Close the file; may be called twice."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     @abstractmethod
     def image(self, entry: ImageEntry) -> Image:

@@ -6,10 +6,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from threading import Condition, Thread
-from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 from tactile_core.errors import words_of
+from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Frame, Image, Quantity, Reference
@@ -43,7 +43,7 @@ class RecordingParameters(NamedTuple):
     numbered: int = 1000
 
 
-class RunningRecording:
+class RunningRecording(Closing):
     """Takes what a sensor's threads give it, and writes it in a thread of its own.
 
     Nothing that goes wrong here reaches the sensor: if the disk is full or too slow, images are
@@ -207,17 +207,6 @@ class RunningRecording:
                 f"the recording {self._writer.path} cannot be completed, because the disk does "
                 f"not answer; 'tactile recover' reads what was written"
             )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _next_number(self) -> int:
         number, self._number = self._number, self._number + 1

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_core import __version__
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.force_fit.cell_axes import (
     CellRotation,
@@ -34,6 +33,7 @@ from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.interfaces.estimator import FittedForce, ForceModel, ForceSamples
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.entry_points import library_versions
 from tactile_core.profiles.loader import load_profile, profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.recovery import NamedRecording, list_recordings
@@ -227,7 +227,7 @@ def _with_model(
         mm_per_px=image.mm_per_px,
         bit_depth=image.bit_depth,
         created=current_time(),
-        versions={"tactile-core": __version__, "numpy": np.__version__},
+        versions=library_versions(),
         profile_hash=profile_hash(profile),
     )
     return Bundle(manifest, artefacts, reference)

@@ -91,7 +91,7 @@ class InProcess:
     def close(self) -> None:
         """Give up what is unfinished."""
         self._thread.shutdown(wait=False, cancel_futures=True)
-        self._worker.end()
+        self._worker.close()
 
     def _submit_call(self, name: str, *args: Any, **kwargs: Any) -> Future[Any]:
         return self._thread.submit(self._answer, methodcaller(name, *args, **kwargs))

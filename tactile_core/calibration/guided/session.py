@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from tactile_core.calibration.guided.touch import TOUCH, Guidance, State, Still,
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import CalibrationError, InputError
+from tactile_core.interfaces.device import Closing
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
@@ -49,7 +49,7 @@ class SESSION:
     most_presses = COVERAGE.presses  # [count] No more are asked for than cover the view
 
 
-class GuidedCalibration:
+class GuidedCalibration(Closing):
     """Leads a person who presses a ball, and keeps the good presses.
 
     Use it in a ``with`` block, feed it every live frame, and call :meth:`finish` when it is done,
@@ -116,17 +116,6 @@ class GuidedCalibration:
         self._warning: str | None = None
         self._target = self._coverage.target(())
         self._maps = self._measure_coverage()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the work in the background; may be called twice."""

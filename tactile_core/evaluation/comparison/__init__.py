@@ -318,7 +318,7 @@ def peak_of_stream_mib(
 
 
 def _stream(variant: Variant, recording: ComparedInput) -> Generator[Any, None, None]:
-    with one_thread(), variant.open(recording) as sensor:
+    with variant.open(recording) as sensor:
         for _ in islice(sensor.stream(), FRAMES):
             pass
         yield peak_memory_mib(), sensor.notes

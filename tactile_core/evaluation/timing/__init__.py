@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -17,6 +16,7 @@ from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_unit
 from tactile_core.interfaces.calibrator import Progress, Silent
 from tactile_core.pipeline.workers import WorkerProcess, available_cores
+from tactile_core.plugins.entry_points import library_versions
 from tactile_core.profiles.model import Profile
 
 
@@ -112,22 +112,13 @@ class Benches:
         }
 
 
-_PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "scikit-image")
-
-
 def machine() -> dict[str, Any]:
-    """Name of the processor, available cores, and versions (None: not installed)."""
-    from tactile_core import __version__
-
+    """Name of the processor, available cores, and versions."""
     return {
         "cpu": _cpu_name(),
         "cores": available_cores(),
         "system": platform.platform(terse=True),
-        "versions": {
-            "tactile-core": __version__,
-            "python": platform.python_version(),
-            **{name: _version(name) for name in _PACKAGES},
-        },
+        "versions": library_versions(),
     }
 
 
@@ -139,13 +130,6 @@ def _cpu_name() -> str:
     except OSError:
         pass
     return platform.processor() or platform.machine()
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
 
 
 # Frames before timing starts. Chosen by hand; the first one compiles and prepares tables.
@@ -164,11 +148,10 @@ def peak_of_stream_mib(unit: VirtualUnit) -> float | None:
 
 
 def _stream(unit: VirtualUnit) -> Generator[float | None, None, None]:
-    with one_thread():
-        stream = Stream(unit)
-        for _ in range(WARM_UP_FRAMES):
-            stream.whole()
-        yield peak_memory_mib()
+    stream = Stream(unit)
+    for _ in range(WARM_UP_FRAMES):
+        stream.whole()
+    yield peak_memory_mib()
 
 
 SECONDS = 6.0  # Default time for measuring the stages of all units together, s. Chosen by hand.

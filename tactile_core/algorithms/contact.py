@@ -10,14 +10,14 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.gradient import steepness
-from tactile_core.algorithms.arrays.regression import sigma_of
+from tactile_core.algorithms.arrays.regression import quantile, sigma_of
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.elasticity import Elastomer
 from tactile_core.algorithms.gel import POISSON_RATIO
 from tactile_core.errors import InputError
 
-_DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper than this somewhere
+_DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere
 _BANDS = 20  # [count] Bands of relative depth in which slopes are averaged (ADR 24)
 # [ratio] Depth of the border over that of the steepest contour, which smoothing moves inwards:
 # chosen on virtual balls, cylinders, flat ends and cones (table of ADR 24)
@@ -39,12 +39,14 @@ def contact_mask(
     A raised region is a contact if it is
 
     - deep: somewhere indented by ``min_indentation_mm`` and by 5 times the noise of the height;
-    - steep: somewhere sloped by ``min_slope``. A contact has a flank; drift may reach any height,
-      but has none;
+    - steep: somewhere sloped by ``min_slope`` and by 5 times the noise of the slope. A contact has
+      a flank; drift may reach any height, but has none;
     - large: at least ``min_area_mm2``, and so is its flank, so that specks are left out.
 
-    The noise of the height comes from the map itself: from the pixels below the rest surface, where
-    there is no contact, up to a tenth of the greatest height.
+    The noise comes from the map itself: that of the height from the pixels below the rest surface,
+    where there is no contact, up to a tenth of the greatest height; that of the slope from its
+    lower quartile. Without the noise of the slope, 21 % of undeformed surfaces that drift have a
+    contact, instead of less than 3 %.
 
     The surface around a contact is indented, too, so the contact does not end where the indentation
     does. It ends where the surface leaves the object and the slope decreases: at half the depth for
@@ -104,7 +106,7 @@ def contact_mask(
     if highest_mm <= detectable_mm:
         return mask.view(bool)
     slope = steepness(coarse, shrink * mm_per_px)
-    steep = slope > min_slope
+    steep = slope > max(min_slope, _DETECTION_SIGMAS * _slope_noise(slope))
     min_area_px = min_area_mm2 / (shrink * mm_per_px) ** 2
     for window, region in _parts(coarse > low_mm, min_area_px):
         heights_mm = coarse[window][region]
@@ -130,6 +132,12 @@ def _height_noise(coarse: Array) -> float:
     sample = _sample(coarse)
     below = sample[sample < 0]
     return sigma_of(below) if len(below) else 0.0
+
+
+def _slope_noise(slope: Array) -> float:
+    """Standard deviation of each component of the undeformed slope, from the lower quartile."""
+    # [noise sigmas] the lower quartile of a Rayleigh distribution: √(−2 ln 0.75)
+    return quantile(_sample(slope), 0.25) / 0.7585
 
 
 def _border(depth: Array, slope: Array) -> float:

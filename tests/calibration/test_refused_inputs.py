@@ -94,7 +94,8 @@ def test_a_calibration_that_is_worse_than_none_is_noted_and_reported(
 def test_a_reference_without_the_markers_of_the_profile_is_refused(lab: VirtualLab) -> None:
     gel = Gel(markers=Markers(pitch_mm=1.2, diameter_mm=0.4))
     marked = lab.profile.model_copy(update={"gel": gel})
-    with pytest.raises(InputError, match=r"the reference shows \d+ dark markers .* 'markers: null'"):
+    message = r"the reference shows \d+ dark markers .* 'markers: null'"
+    with pytest.raises(InputError, match=message):
         calibrate(marked, lab.presses, lab.reference, ball_diameter_mm=4.0)
     pipeline = Pipeline(marked, None, read_reference(marked, lab.reference))
     assert any("'markers: null'" in note for note in pipeline.notes)

@@ -50,6 +50,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
             "normals",
             "drift",
             "light_change",
+            "press_light",
             "sequence",
             "sampling",
         ),

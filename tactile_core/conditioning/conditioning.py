@@ -70,7 +70,7 @@ class MarkerFinder:
         return frame.beside(marker_mask=marker_mask, marker_contrast=marker_contrast)
 
     def detect(self, frame: Frame | Reference) -> MarkerDetections:
-        """Detect the centres of the markers; faster for frames from :meth:`marked`."""
+        """Detect the centres of the markers; faster for frames from :meth:`mask_frame`."""
         marker_contrast, timestamp_s = None, 0.0
         if isinstance(frame, Frame):
             marker_contrast, timestamp_s = frame.marker_contrast, frame.timestamp_s

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.algorithms.markers import Tone, expected_count, find_detectable_lattice
-from tactile_core.algorithms.markers.count import COUNT
+from tactile_core.algorithms.markers import Tone, expected_count, find_detectable_lattice, too_few
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 
@@ -38,18 +37,17 @@ class PictureFinding:
 
 @dataclass(frozen=True)
 class FoundMarkers:
-    """Tone, typical diameter and pitch of the markers in the resulting image, and their number."""
+    """Tone, typical diameter and pitch of the markers in the resulting image, and their number.
+
+    They fit if their number does not contradict their pitch.
+    """
 
     tone: Tone
     diameter_px: float
     pitch_px: float
     count: int
     expected: int
-
-    @property
-    def fits(self) -> bool:
-        """Whether the number of markers fits their pitch."""
-        return self.count >= COUNT.least_share * self.expected
+    fits: bool
 
 
 def find_markers(exposures: Sequence[Pixels]) -> FoundMarkers | None:
@@ -74,7 +72,9 @@ def find_markers(exposures: Sequence[Pixels]) -> FoundMarkers | None:
     if found is None:
         return None
     lattice, count = found
-    return FoundMarkers(*lattice, count, expected_count(planes.shape, lattice.pitch_px))
+    shape, pitch_px = planes.shape, lattice.pitch_px
+    fits = not too_few(count, shape, pitch_px)
+    return FoundMarkers(*lattice, count, expected_count(shape, pitch_px), fits)
 
 
 def markers_finding(

@@ -352,7 +352,9 @@ def test_an_image_with_any_name_gives_a_valid_profile(tmp_path: Path, special: s
 
 def test_a_marker_count_that_does_not_fit_the_pitch_is_reported() -> None:
     parent = load_profile(UNMARKED)
-    found = markers_finding(FoundMarkers("dark", 3.4, 14.3, 29, 199), parent, 0.14, "image.png")
+    found = markers_finding(
+        FoundMarkers("dark", 3.4, 14.3, 29, 199, fits=False), parent, 0.14, "image.png"
+    )
     assert found is not None
     assert found.noted
     assert "29 are found" in found.comment

@@ -126,16 +126,12 @@ def _compact_spots(marked: Bool) -> tuple[Array, Array]:
     return spots.centres[keep], np.sqrt(4 * spots.area[keep] / np.pi)
 
 
-class COUNT:
-    """Parameters of the comparison. Nothing sets them from outside."""
-
-    # [ratio] A smaller share of the expected markers is too small. Source: 0.64 to 0.99 on images
-    # of seven real and three virtual gels, 0.13 to 0.22 where the diameter is too small to detect
-    # them; half also leaves room for a gel smaller than the view.
-    least_share = 0.5
-    # [ratio] Ratio of successive diameters that are tried. Source: by hand, detection tolerates
-    # larger deviations.
-    diameter_step = 1.15
+# [ratio] A smaller share of the expected markers is too small: 0.64 to 0.99 on images of seven real
+# and three virtual gels, 0.13 to 0.22 where the diameter is too small to detect them; half also
+# leaves room for a gel smaller than the view
+_LEAST_SHARE = 0.5
+# [ratio] Ratio of successive diameters that are tried: detection tolerates larger deviations
+_DIAMETER_STEP = 1.15
 
 
 def expected_count(shape: tuple[int, ...], pitch_px: float) -> int:
@@ -145,7 +141,7 @@ def expected_count(shape: tuple[int, ...], pitch_px: float) -> int:
 
 def too_few(count: int, shape: tuple[int, ...], pitch_px: float) -> bool:
     """Whether a number of markers contradicts their pitch."""
-    return count < COUNT.least_share * expected_count(shape, pitch_px)
+    return count < _LEAST_SHARE * expected_count(shape, pitch_px)
 
 
 def find_detectable_lattice(
@@ -172,10 +168,10 @@ def find_detectable_lattice(
         return None
     tone, diameter_px, pitch_px = found
     # [pitches] The gaps between wider markers are narrower than the markers
-    steps = max(0, int(np.log(0.55 * pitch_px / diameter_px) / np.log(COUNT.diameter_step)))
+    steps = max(0, int(np.log(0.55 * pitch_px / diameter_px) / np.log(_DIAMETER_STEP)))
     first = 0
     for step in range(steps + 1):
-        larger_px = diameter_px * COUNT.diameter_step**step
+        larger_px = diameter_px * _DIAMETER_STEP**step
         contrast = contrast_of(pixels, diameter_px=larger_px, tone=tone)
         shape = pixels.shape[0], pixels.shape[1]
         centres_px, _ = find_markers(contrast, shape, diameter_px=larger_px)

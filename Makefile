@@ -11,13 +11,17 @@ PORTABLE := tests/algorithms/arrays/test_annotations.py tests/quantities tests/f
     tests/builtin/test_result_files.py tests/pipeline/test_chain.py tests/pipeline/test_pipeline.py \
     tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard plugins/*/tests/test_*_conformance.py) \
     plugins/tactile-lerobot plugins/tactile-rosbag
+WITH_PORTABLE := $(SHIPPED) plugins/tactile-lerobot plugins/tactile-rosbag
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
-PLUGINS := $(wildcard plugins/tactile-*)
+# Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
+PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip sim live)
+OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak soak-alone soak-together fuzz mutants bench docs wheels try-wheels clean
+.PHONY: demo test test-others $(OTHERS:plugins/%=test-%) test-pages test-exports screenshots test-hardware test-oldest test-pythons headline lint soak soak-alone soak-together fuzz mutants bench docs wheels try-wheels clean
 
 demo: .venv/installed
 	$(BIN)/tactile demo --out demo
@@ -25,6 +29,12 @@ demo: .venv/installed
 # On all cores.
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
+
+# The distributions that bring large libraries: make test-others, or one of them by its name, as in make test-tactile-train.
+test-others: $(OTHERS:plugins/%=test-%)
+
+$(OTHERS:plugins/%=test-%): test-%: .venv-%/installed
+	.venv-$*/bin/python -m pytest plugins/$*
 
 # What the documentation prints is run, the examples' own tests, and the live page in Debian's Chromium; skips with a reason where
 # that is not installed.
@@ -36,7 +46,7 @@ test-pages: .venv/installed
 # The documentation's pictures of the live page, taken anew.
 screenshots: .venv/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[page-tests]'
-	TACTILE_SCREENSHOTS=$(CURDIR)/docs/images $(BIN)/python -m pytest -m pages tests/live -k 'documentation or calibration_is_led'
+	TACTILE_SCREENSHOTS=$(CURDIR)/docs/images $(BIN)/python -m pytest -m pages plugins/tactile-live/tests -k 'documentation or calibration_is_led'
 
 # Real drivers in a virtual machine, with emulated devices; skips with a reason what cannot run here.
 test-hardware: .venv/installed
@@ -46,7 +56,7 @@ test-hardware: .venv/installed
 
 # Exports, read back by the programs that they are for; their packages are large.
 test-exports: .venv/installed .venv-lerobot/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record,rerun]' 'hdf5plugin>=4.4'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record,rerun]' -e plugins/tactile-lerobot -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
 	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rosbag tests/recordings/hdf5 tests/builtin/test_rerun_log.py tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
@@ -63,7 +73,7 @@ test-pythons: .venv/installed
 	        echo "Python $$version, $$versions versions"; \
 	        venv=.venv-$$version-$$versions; \
 	        $(BIN)/uv venv --quiet --clear --no-python-downloads --python $$version $$venv || exit; \
-	        $(BIN)/uv pip install --quiet --python $$venv --resolution $$versions -e '.[dev]' $(PLUGINS:%=-e %) || exit; \
+	        $(BIN)/uv pip install --quiet --python $$venv --resolution $$versions -e '.[dev]' $(WITH_PORTABLE:%=-e %) || exit; \
 	        $$venv/bin/python -m pytest $(PARALLEL) --quiet $(PORTABLE) || exit; \
 	    done; \
 	done
@@ -76,7 +86,7 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	PYTHONPATH=$(subst $() $(),:,$(OTHERS)) $(BIN)/lint-imports
 
 # What runs for minutes: thousands of frames and of openings, hundreds of unplugs; SOAK=0.1 runs a tenth.
 soak: soak-alone soak-together
@@ -87,7 +97,7 @@ soak-alone: .venv/installed
 
 # The rest, two at a time, as most wait for devices.
 soak-together: .venv/installed
-	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware tests plugins
+	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.
 fuzz: .venv/installed
@@ -117,9 +127,14 @@ try-wheels: wheels
 	&& $$elsewhere/env/bin/pip install --quiet --disable-pip-version-check dist/*.whl \
 	&& cd $$elsewhere && env/bin/tactile demo --out demo && rm -rf $$elsewhere
 
-.venv/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
+.venv/installed: pyproject.toml $(SHIPPED:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' $(PLUGINS:%=-e %)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' $(SHIPPED:%=-e %)
+	touch $@
+
+$(OTHERS:plugins/%=.venv-%/installed): .venv-%/installed: pyproject.toml plugins/%/pyproject.toml
+	$(PYTHON) -m venv .venv-$*
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[testing,record]' -e plugins/tactile-sim -e plugins/$*
 	touch $@
 
 # LeRobot takes another PyTorch than it needs to read a data set, hence without its dependencies.
@@ -130,10 +145,10 @@ try-wheels: wheels
 	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check -r plugins/tactile-lerobot/tests/reader/requirements.txt
 	touch $@
 
-.venv-oldest/installed: pyproject.toml $(PLUGINS:%=%/pyproject.toml)
+.venv-oldest/installed: pyproject.toml $(SHIPPED:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv-oldest
 	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check uv
-	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev]' $(PLUGINS:%=-e %)
+	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest --resolution lowest-direct -e '.[dev]' $(SHIPPED:%=-e %)
 	touch $@
 
 .venv/docs-installed: .venv/installed

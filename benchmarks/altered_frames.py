@@ -31,9 +31,9 @@ from tactile_core.formats.images import read_image
 from tactile_core.interfaces.sink import Reading
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
-from tactile_core.sim import VirtualStage
-from tactile_core.sim.simulation import write_frame
-from tactile_core.sim.stage import vary
+from tactile_sim import VirtualStage
+from tactile_sim.simulation import write_frame
+from tactile_sim.stage import vary
 
 RIGS = (
     "hex_fingertip",

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import cv2
 
-from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.profiles.loader import load_profile
 
 PROFILE = "hex_fingertip"

@@ -3,7 +3,7 @@
 import cv2
 import pytest
 
-from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame

@@ -42,9 +42,9 @@ def parts_ms(name: str, frames: int) -> list[float]:
     import numpy as np
 
     from tactile_core.profiles.loader import load_profile
-    from tactile_core.sim.gel_surface import GelSurface
-    from tactile_core.sim.indenters import make_indenter
-    from tactile_core.sim.optics import RigOptics
+    from tactile_sim.gel_surface import GelSurface
+    from tactile_sim.indenters import make_indenter
+    from tactile_sim.optics import RigOptics
 
     one_thread()
     profile = load_profile(name, sim=True)
@@ -73,7 +73,7 @@ def frames_per_second(name: str, seed: int, frames: int) -> float:
     """Wall-clock frames per second, from the median time of a whole frame."""
     import numpy as np
 
-    from tactile_core.sim import VirtualStage
+    from tactile_sim import VirtualStage
 
     one_thread()
     stage = VirtualStage(name, seed)

@@ -16,12 +16,13 @@ from functools import partial
 
 import numpy as np
 
+from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.evaluation.timing.unit import Stream, VirtualUnit, virtual_unit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
+from tactile_sim.timing.unit import Stream
 
 WIDTHS = (160, 320, 640, 960, 1280, 1920)
 PITCHES_MM = (2.2, 1.6, 1.1, 0.85)

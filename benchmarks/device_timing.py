@@ -29,8 +29,8 @@ from support.mjpeg_server import Exchange, MjpegServer
 
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
+from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.errors import CameraTimeout
-from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import make_devices

@@ -25,8 +25,8 @@ from tactile_core import Pipeline
 from tactile_core.algorithms.displacement import MarkedSurface
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, MarkerField
-from tactile_core.sim import VirtualStage
-from tactile_core.sim.truth import TrueState
+from tactile_sim import VirtualStage
+from tactile_sim.truth import TrueState
 
 LOOKS, STEPS = 4, 6
 """Frames to compare, and moves before each (counts)."""

@@ -30,7 +30,7 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.result import Calibrated
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, Gradients, Reference
-from tactile_core.sim.simulation import write_frame
+from tactile_sim.simulation import write_frame
 
 RIGS = ("hex_fingertip", "baxter_fingertip", "desktop_six_led")
 MOST_ATTEMPTS = 40

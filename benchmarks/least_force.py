@@ -12,14 +12,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tactile_core.acquisition.acquisition import average
+from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
 from tactile_core.cli.output import table_lines
-from tactile_core.evaluation.demo import calibrated_virtually
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import RelativeLoad, Wrench
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 REST_QUANTILE = 0.99  # share of the readings at rest: one false alarm in a hundred frames
 NEAR_ZERO_N = 0.5  # the slope is fitted up to ten times the least force of the review's table 1
@@ -54,7 +54,7 @@ class Trial:
     def __init__(self, profile: Profile, seed: int) -> None:
         self._stage = VirtualStage(profile, seed)
         needs_bundle = Wrench in Pipeline(profile).gives
-        bundle = calibrated_virtually(profile) if needs_bundle else None
+        bundle = calibrate_virtual_unit(profile) if needs_bundle else None
         undeformed = average([self._stage.frame() for _ in range(10)])
         self._pipeline = Pipeline(profile, bundle, undeformed)
 

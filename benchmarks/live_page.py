@@ -27,11 +27,11 @@ import cv2
 import numpy as np
 
 from tactile_core import Bundle, load_profile, open_sensor
-from tactile_core.evaluation.demo import calibrated_virtually
-from tactile_core.live.desk import Desk
-from tactile_core.live.live_sensor import LiveSensor
-from tactile_core.live.server import LivePage
-from tactile_core.sim import VirtualStage
+from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
+from tactile_live.desk import Desk
+from tactile_live.live_sensor import LiveSensor
+from tactile_live.server import LivePage
+from tactile_sim import VirtualStage
 
 PROFILE = "hex_fingertip"
 FLAGS = [
@@ -178,7 +178,7 @@ def main() -> None:
     from playwright.sync_api import sync_playwright
 
     virtual = load_profile(PROFILE, sim=True)
-    bundle = Bundle.load(given.bundle) if given.bundle else calibrated_virtually(virtual)
+    bundle = Bundle.load(given.bundle) if given.bundle else calibrate_virtual_unit(virtual)
     with TemporaryDirectory() as name, sync_playwright() as playwright:
         folder = Path(name)
         render(folder, 48)

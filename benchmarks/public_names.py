@@ -13,7 +13,7 @@ import numpy as np
 
 from tactile_core import ContactMask, Gradients, HeightMap, Pipeline, open_sensor
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 TRUTH = ("height_mm", "gradients", "contact", "stick", "displacement_mm", "markers_px", "wrench")
 OUT = Path(sys.argv[1])

@@ -28,7 +28,7 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
 from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.source import recording_file
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 PROFILE = "hex_fingertip"
 FASTEST_HZ, RAW_HZ, CHAIN_HZ, MJPG_HZ = 300.0, 60.0, 15.0, 60.0

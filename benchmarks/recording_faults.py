@@ -33,18 +33,18 @@ from support.damaged_recordings import Images, chunks_in, damaged, images_in, re
 from support.recordings import SESSION
 
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
 from tactile_core.errors import InputError, TactileError
-from tactile_core.evaluation.demo import calibrated_virtually
 from tactile_core.formats.npz import read_npz
-from tactile_core.live.desk import Desk
-from tactile_core.live.live_sensor import LiveSensor
-from tactile_core.live.opening import WantedSensor, open_live
-from tactile_core.live.server import LivePage
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.source import recording_writer
+from tactile_live.desk import Desk
+from tactile_live.live_sensor import LiveSensor
+from tactile_live.opening import WantedSensor, open_live
+from tactile_live.server import LivePage
 
 _SPAWN = get_context("spawn")  # a library's threads do not survive a fork
 FLIPS, CUTS, HALVES, DISKS, KILLS, LOAD = 500, 100, 50, 60, 60, 10
@@ -188,7 +188,7 @@ def print_pages(folder: Path, rng: np.random.Generator) -> None:
     profile = lab.profile_path.read_text().replace("160, height_px: 120", "96, height_px: 72")
     lab.profile_path.write_text(profile.replace("0.1245", "0.2"))
     bundle = folder / "bundle"
-    calibrated_virtually(load_profile(lab.profile_path, sim=True)).save(bundle)
+    calibrate_virtual_unit(load_profile(lab.profile_path, sim=True)).save(bundle)
     given = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     counts, wrong = Counter[str](), Counter[str]()
     for limit_bytes in sizes():

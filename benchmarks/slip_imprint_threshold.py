@@ -15,7 +15,7 @@ import numpy as np
 
 from tactile_core.algorithms.markers import find_marker_lattice
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 PROFILE = "hex_fingertip"
 OBJECTS = {

@@ -24,7 +24,7 @@ from experiments.slip_sequences import GROSS, HALF, Judged, Plan, plans
 from tactile_core import Pipeline, load_profile
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import Frame, Reference, SlipState
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 PROFILE = "hex_fingertip"
 UNIT = 0

@@ -16,7 +16,7 @@ from contextlib import ExitStack
 from itertools import cycle, islice
 
 from tactile_core import Bundle, load_profile, open_sensor
-from tactile_core.evaluation.demo import calibrated_virtually
+from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
 from tactile_core.evaluation.own_resources import one_thread
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import WorkerProcess
@@ -24,7 +24,7 @@ from tactile_core.pipeline.workers import WorkerProcess
 WARM_UP, RENDERED = 40, 40
 """Frames before timing starts, and frames that are rendered before."""
 
-VIRTUAL = {"camera": {"use": "core.virtual", "loop": True}}
+VIRTUAL = {"camera": {"use": "sim.virtual", "loop": True}}
 """The default script, which presses, shears, twists and releases a ball, again and again."""
 
 
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=10.0)
     given = parser.parse_args()
     profile = load_profile(given.profile, sim=True, overrides=VIRTUAL)
-    bundle = calibrated_virtually(profile)
+    bundle = calibrate_virtual_unit(profile)
     image = profile.image
     print(f"{profile.name}, {image.width_px} × {image.height_px}, load {os.getloadavg()[0]:.1f}")
     # another process cannot import __main__

@@ -21,12 +21,12 @@ from tactile_core import load_profile
 from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
 from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.contact_step import ContactModel, Precision
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.modes import Mode
-from tactile_core.sim.resampling import ImageSampler
-from tactile_core.sim.truth import TrueState
+from tactile_sim.contact_step import ContactModel, Precision
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
+from tactile_sim.modes import Mode
+from tactile_sim.resampling import ImageSampler
+from tactile_sim.truth import TrueState
 
 RIGS = ("hex_fingertip", "baxter_fingertip", "desktop_six_led", "desktop_three_colour")
 SHEAR_MM = 0.1

@@ -17,7 +17,7 @@ from experiments.virtual_unit import VirtualUnit
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Friction, SlipState
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 SHAPES: tuple[tuple[str, dict[str, float], float], ...] = (
     ("sphere", {"diameter_mm": 12}, 0.4),

@@ -24,7 +24,7 @@ from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Gradients, Reference
-from tactile_core.sim.optics.rig import RigOptics
+from tactile_sim.optics.rig import RigOptics
 
 Array = NDArray[Any]
 

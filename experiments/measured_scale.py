@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 Image = NDArray[np.generic]
 

@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 
 from tactile_core.builtin.networks.network_step import ForceNetwork
-from tactile_core.evaluation.force_training.samples import sample_size
-from tactile_core.evaluation.force_training.scores import force_scores
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference
-from tactile_core.sim.force_data import UNSEEN_OBJECTS, ForceUnit
+from tactile_train.samples import sample_size
+from tactile_train.scores import force_scores
+from tactile_train.virtual_forces import UNSEEN_OBJECTS, ForceUnit
 
 REFERENCE_FRAMES = 8
 

@@ -23,7 +23,7 @@ from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients, HeightMap, Reference
-from tactile_core.sim.optics.rig import RigOptics
+from tactile_sim.optics.rig import RigOptics
 
 _SEED_STEP = 1000
 """Offset of the seed from ball to ball: each is pressed at other places."""

@@ -17,8 +17,8 @@ import numpy as np
 
 from experiments.table_row import Row, command
 from experiments.virtual_unit import Pressed, VirtualUnit, unit_overrides
-from tactile_core.evaluation.demo import is_resolved
 from tactile_core.profiles.loader import list_rigs
+from tactile_sim.demonstration import is_resolved
 
 SHIPPED = ("baxter_fingertip", "desktop_six_led", "desktop_three_colour", "hex_fingertip")
 

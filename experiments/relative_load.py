@@ -27,7 +27,7 @@ from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Reference, RelativeLoad
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 PROFILE = Path(__file__).with_name("profiles") / "grip_wedge.yaml"
 CLIPPED_N = 40.0

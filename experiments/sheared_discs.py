@@ -15,7 +15,7 @@ import numpy as np
 from experiments.friction import chain
 from experiments.virtual_unit import VirtualUnit
 from tactile_core.quantities import ContactMask, Wrench
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 DISCS_MM = ((12.0, 0.067), (10.0, 0.083), (9.0, 0.05), (14.0, 0.067))
 """Diameters and depths."""

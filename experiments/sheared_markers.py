@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.marker_tracking import MarkerTracker
 from tactile_core.algorithms.marker_tracking.pairing import nearest
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 Array = NDArray[Any]
 

@@ -27,7 +27,7 @@ from experiments.slip_sequences import (
 )
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.quantities import ContactShear, SlipState
-from tactile_core.sim.gel_surface import GelSurface
+from tactile_sim.gel_surface import GelSurface
 
 MINI = Path(__file__).resolve().parent / "profiles" / "mini_marked_virtual.yaml"
 KINDS = ("plate", "sphere", "plate", "cylinder", "disc", "plate", "rectangle", "cylinder")

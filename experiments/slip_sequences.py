@@ -28,8 +28,8 @@ from tactile_core.quantities import (
     Quantity,
     SlipState,
 )
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
 
 SHRUNK = 4
 """Image reduction factor. Number and pitch of the markers and the noise in mm stay the same."""

@@ -26,11 +26,11 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.quantities import Frame
-from tactile_core.sim import Faults, VirtualStage
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.simulation import write_frame
-from tactile_core.sim.stage import vary
+from tactile_sim import Faults, VirtualStage
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
+from tactile_sim.simulation import write_frame
+from tactile_sim.stage import vary
 
 _FOLDER = Path(__file__).resolve().parent / "profiles"
 DESIGNS = {

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tactile_core.quantities import Frame
-from tactile_core.sim.indenters import Indenter, make_indenter
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.indenters import Indenter, make_indenter
+from tactile_sim.stage import VirtualStage
 
 
 class HandParameters(NamedTuple):

@@ -22,10 +22,10 @@ from tactile_core.interfaces.gel import LightBuild
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.gel import SoftGel
-from tactile_core.sim.normal_contact import solve_normal
-from tactile_core.sim.optics.lights import LedArray, light_field
-from tactile_core.sim.optics.rig import RigOptics
+from tactile_sim.gel import SoftGel
+from tactile_sim.normal_contact import solve_normal
+from tactile_sim.optics.lights import LedArray, light_field
+from tactile_sim.optics.rig import RigOptics
 
 Array = NDArray[Any]
 

@@ -15,9 +15,9 @@ from tactile_core.errors import InputError
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import HeightMap
-from tactile_core.sim.simulation import write_frame
-from tactile_core.sim.stage import VirtualStage
-from tactile_core.sim.truth import TrueState
+from tactile_sim.simulation import write_frame
+from tactile_sim.stage import VirtualStage
+from tactile_sim.truth import TrueState
 
 BALL_SHARE = 0.22
 """Diameter of the calibration ball, in view widths; at most two gel thicknesses."""

@@ -19,11 +19,12 @@ import cv2
 import numpy as np
 
 from experiments.press_sets import HERE, SETS
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import CalibrationError
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 FACTORS = (0.5, 0.63, 0.7, 0.8, 1.0, 1.25, 1.4, 1.6, 2.0)
 RIGS = ("hex_fingertip_unmarked", str(HERE / "mini_virtual.yaml"))

@@ -17,12 +17,12 @@ import cv2
 import numpy as np
 from diagrams import Curve, Panel, write_sheet
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.formats.target import read_target
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import BallPress
-from tactile_core.sim.optics import RigOptics
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.optics import RigOptics
+from tactile_sim.stage import VirtualStage
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reference" / "accuracy.md"

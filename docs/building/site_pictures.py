@@ -8,12 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities.fields import Surface
-from tactile_core.sim.analytic_ball import BallPress, render
 from tactile_core.views.maps import relief
 from tactile_core.views.pictures import side_by_side
+from tactile_sim.optics.rig import render
 
 RIGS = ("hex_fingertip", "baxter_fingertip", "desktop_six_led", "desktop_three_colour")
 

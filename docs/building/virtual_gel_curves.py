@@ -8,8 +8,8 @@ import numpy as np
 from diagrams import Curve, Panel, write_sheet
 
 from tactile_core import load_profile
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import Indenter, make_indenter
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import Indenter, make_indenter
 
 OUT = Path(__file__).parents[1] / "images" / "virtual_gel.svg"
 COLOURS = {"plate": "#1f6fb4", "cylinder": "#c8553d", "ball": "#3a8f5c"}

@@ -1,7 +1,8 @@
-"""The shape of a curved gel: a sphere, and the dome that heights are measured from."""
+"""Spheres: a fitted one, a ball that presses, and the dome that heights are measured from."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
@@ -28,6 +29,45 @@ class FittedSphere(NamedTuple):
 
     centre_px: tuple[float, float]
     radius_px: float
+
+
+@dataclass(frozen=True)
+class BallPress:
+    """A ball pressed into the gel surface, in closed form: ground truth without mechanics.
+
+    The gel surface follows the ball inside the contact and decays exponentially outside it.
+
+    Attributes
+    ----------
+    centre_px : (x, y)
+    diameter_mm : float
+        Diameter of the ball.
+    depth_mm : float
+        Height of the ball's cap inside the contact: indentation at the centre minus indentation at
+        the contact's border.
+    """
+
+    centre_px: tuple[float, float]
+    diameter_mm: float
+    depth_mm: float
+
+    @property
+    def contact_radius_mm(self) -> float:
+        """Radius of the contact circle."""
+        return float(np.sqrt(self.depth_mm * (self.diameter_mm - self.depth_mm)))
+
+    def height_mm(self, shape: tuple[int, int], mm_per_px: float) -> Float64:
+        """(H, W) height of the gel surface, mm; positive where it is indented."""
+        x = (np.arange(shape[1]) - self.centre_px[0]) * mm_per_px
+        y = (np.arange(shape[0])[:, None] - self.centre_px[1]) * mm_per_px
+        r, radius, a = np.hypot(x, y), self.diameter_mm / 2, self.contact_radius_mm
+        rim = np.sqrt(radius**2 - a**2)
+        skirt_mm = 0.3 * radius  # decay length of the indentation outside the contact
+        edge_mm = skirt_mm * a / rim  # makes the slope continuous at the border
+        inside = np.sqrt(np.maximum(radius**2 - r**2, 0)) - rim + edge_mm
+        return np.asarray(
+            np.where(r < a, inside, edge_mm * np.exp(-np.maximum(r - a, 0) / skirt_mm))
+        )
 
 
 def fit_sphere(

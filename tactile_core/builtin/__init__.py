@@ -20,8 +20,6 @@ def tactile_cameras() -> Mapping[str, str]:
         "replay": "tactile_core.builtin.sequential:ReplayCamera",
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
-        "virtual": "tactile_core.sim.camera:VirtualCamera",
-        "virtual_hand": "tactile_core.sim.camera:HandCamera",
     }
 
 

@@ -1,16 +1,18 @@
-"""Registers all commands without importing their dependencies."""
+"""The commands of the core, without importing their dependencies, and those that plugins add."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
-from tactile_core.cli.bench import bench
 from tactile_core.cli.calibrate import calibrate, calibrate_force
 from tactile_core.cli.compare import compare
 from tactile_core.cli.convert import convert
-from tactile_core.cli.demo import demo
 from tactile_core.cli.devices import devices
 from tactile_core.cli.doctor import doctor
 from tactile_core.cli.explaining import guard_command
@@ -18,15 +20,66 @@ from tactile_core.cli.new import new
 from tactile_core.cli.profiles import plugins, profiles, schema, validate
 from tactile_core.cli.record import record, recover
 from tactile_core.cli.run import run
-from tactile_core.cli.simulate import simulate
-from tactile_core.cli.train_force import train_force
-from tactile_core.cli.view import view
+
+if TYPE_CHECKING:
+    from typer._click.core import Command, Context
+
+# Plugin of each command that other distributions of this project add.
+ADDED_BY: Mapping[str, str] = {
+    "bench": "sim",
+    "demo": "sim",
+    "simulate": "sim",
+    "train-force": "train",
+    "view": "live",
+}
+
+
+class Commands(TyperGroup):
+    """The core's commands first, then those that plugins add."""
+
+    def list_commands(self, ctx: Context) -> list[str]:
+        """Return the names in the order of the help."""
+        from tactile_core.plugins.registry import added_commands
+
+        own = super().list_commands(ctx)
+        return [*own, *(name for name in added_commands() if name not in own)]
+
+    def get_command(self, ctx: Context, cmd_name: str) -> Command | None:
+        """Return a command by its name.
+
+        Raises
+        ------
+        PluginError
+            Its distribution is not installed, or broken.
+        UsageError
+            There is none of this name.
+        """
+        own = super().get_command(ctx, cmd_name)
+        if own is not None:
+            return own
+        from tactile_core.plugins.registry import find_command, find_plugin
+
+        plugin = ADDED_BY.get(cmd_name)
+        if plugin is None:
+            function = find_command(cmd_name)
+        else:
+            function = find_plugin(plugin, f"the command {cmd_name!r}").command(cmd_name)
+        if function is None:
+            near = get_close_matches(cmd_name, self.list_commands(ctx))
+            meant = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
+            ctx.fail(f"No such command {cmd_name!r}.{meant}")
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(cmd_name)(guard_command(function))
+        return get_command(alone)
+
 
 app = typer.Typer(
     name="tactile",
+    cls=Commands,
     help="Measure with optical tactile sensors of the GelSight family.",
     no_args_is_help=True,
     add_completion=False,
+    suggest_commands=False,  # knows the core's alone
     rich_markup_mode=None,
 )
 
@@ -45,19 +98,14 @@ def _options(
 
 
 COMMANDS = (
-    demo,
     run,
     record,
     recover,
     convert,
-    view,
     calibrate,
     calibrate_force,
     new,
-    simulate,
-    train_force,
     compare,
-    bench,
     profiles,
     plugins,
     validate,

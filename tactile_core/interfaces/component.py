@@ -11,6 +11,11 @@ from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.gel import Gel, Optics
 from tactile_core.interfaces.image import ImageSection
 
+# Components of the distribution tactile-sim, for whoever needs a virtual sensor.
+SIMULATOR = "sim.virtual"
+VIRTUAL_CAMERA = "sim.virtual"  # plays a script
+HAND_CAMERA = "sim.hand"  # people press it
+
 _USE = r"^[A-Za-z_][A-Za-z0-9_-]*\.[A-Za-z_][A-Za-z0-9_]*$"
 
 

@@ -62,6 +62,23 @@ def tactile_sinks() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_simulators() -> Mapping[str, str]:
+    """Simulators: subclasses of :class:`tactile_core.interfaces.simulator.Simulator`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_commands() -> Mapping[str, str]:
+    """Commands of ``tactile``: ``{"my-command": "module:function"}``.
+
+    The function's annotations declare arguments and options as for typer, and its docstring is the
+    help. It prints by :mod:`tactile_core.cli.output` and raises a ``TactileError`` on unusable
+    input. ``tactile --help`` imports its module: import heavy modules in the function.
+    """
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_profiles() -> Path:
     """Return the directory that holds the plugin's ``*.yaml`` profiles."""
     raise NotImplementedError

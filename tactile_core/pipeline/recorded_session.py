@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 
+from tactile_core.interfaces.component import VIRTUAL_CAMERA
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import bundle_content, profile_text
-
-VIRTUAL = "core.virtual"  # The camera of every virtual sensor
 
 
 # Packages of which results depend on the version.
@@ -36,7 +35,7 @@ def session_of(
         sensor=sensor,
         channels=pipeline.channels,
         exposures=exposures,
-        sim=pipeline.profile.camera.use == VIRTUAL,
+        sim=pipeline.profile.camera.use == VIRTUAL_CAMERA,
         serial=pipeline.serial,
         gel=named,
         bundle=None if bundle is None else bundle_content(bundle),

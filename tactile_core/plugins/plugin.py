@@ -18,23 +18,33 @@ from tactile_core.interfaces import hookspecs
 from tactile_core.plugins.entry_points import Offer, opencv_fault_behind
 
 ComponentKind = Literal[
-    "camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"
+    "camera",
+    "illumination",
+    "light_driver",
+    "calibrator",
+    "artefact",
+    "estimator",
+    "sink",
+    "simulator",
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 
 _HOOKS: Mapping[ComponentKind, str] = {kind: f"tactile_{kind}s" for kind in KINDS}
-_ALL_HOOKS = (*_HOOKS.values(), "tactile_profiles")
+_COMMANDS = "tactile_commands"
+_ALL_HOOKS = (*_HOOKS.values(), _COMMANDS, "tactile_profiles")
 _REGISTERING = Lock()
 _COMPONENT_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_COMMAND_NAME = re.compile(r"[a-z][a-z0-9-]*")
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Report:
-    """The components that a plugin registers, and the problems with them."""
+    """What a plugin registers, and the problems with it."""
 
     components: Mapping[ComponentKind, tuple[str, ...]]
+    commands: tuple[str, ...]
     profiles: Path | None
     problems: tuple[str, ...]
 
@@ -87,18 +97,47 @@ class Plugin:
         PluginError
             The hook fails or returns a value of the wrong form.
         """
-        hook = _HOOKS[kind]
+        form = "{name: 'module:Class'} with names of letters, digits and '_'"
+        return self._registered(_HOOKS[kind], _COMPONENT_NAME, form)
+
+    def commands(self) -> Mapping[str, str]:
+        """Return ``{name: "module:function"}`` of its commands; empty if it has none.
+
+        Raises
+        ------
+        PluginError
+            The hook fails or returns a value of the wrong form.
+        """
+        form = "{name: 'module:function'} with names of small letters, digits and '-'"
+        return self._registered(_COMMANDS, _COMMAND_NAME, form)
+
+    def command(self, name: str) -> Callable[..., None]:
+        """Import one of its commands.
+
+        Raises
+        ------
+        PluginError
+            It cannot be imported, or is not a function.
+        """
+        value = self.commands()[name]
+        what = f"{self.offer}: the command {name} ({value})"
+        found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
+        if not callable(found):
+            raise PluginError(f"{what} is not a function; {_remedy(self.offer)}")
+        function: Callable[..., None] = found
+        return function
+
+    def _registered(
+        self, hook: str, name_form: re.Pattern[str], in_words: str
+    ) -> Mapping[str, str]:
         registered = self._call(hook)
         if registered is None:
             return {}
         if not isinstance(registered, Mapping) or not all(
-            isinstance(value, str) and isinstance(name, str) and _COMPONENT_NAME.fullmatch(name)
+            isinstance(value, str) and isinstance(name, str) and name_form.fullmatch(name)
             for name, value in registered.items()
         ):
-            raise PluginError(
-                f"{self.offer}: {hook} must return {{name: 'module:Class'}} with names of letters, "
-                f"digits and '_', not {registered!r}"
-            )
+            raise PluginError(f"{self.offer}: {hook} must return {in_words}, not {registered!r}")
         return registered
 
     def component(self, kind: ComponentKind, name: str) -> type:
@@ -156,10 +195,14 @@ class Plugin:
             if import_components:
                 for name in names:
                     _collect(partial(self.component, kind, name), problems)
+        commands = tuple(_collect(self.commands, problems) or ())
+        if import_components:
+            for name in commands:
+                _collect(partial(self.command, name), problems)
         profiles = _collect(self.profile_directory, problems)
-        if not problems and not components and profiles is None:
-            problems.append(f"{self.offer} registers no component and no profile")
-        return Report(components, profiles, tuple(problems))
+        if not (problems or components or commands or profiles):
+            problems.append(f"{self.offer} registers no component, no command and no profile")
+        return Report(components, commands, profiles, tuple(problems))
 
     def _call(self, hook: str) -> Any:
         if hook not in self._hooks:

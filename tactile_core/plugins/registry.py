@@ -7,7 +7,7 @@ plugin is an error only if it is used; otherwise :func:`list_plugins` reports it
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
+    from tactile_core.interfaces.simulator import Simulator
     from tactile_core.interfaces.sink import Sink
 
 # defined without metadata, so that the core works from a source tree, and looked up first, so that
@@ -79,6 +80,8 @@ class PluginInfo:
         One sentence each; empty if ``status`` is "ok".
     components : mapping of kind to names
         ``{"camera": ("replay",), …}``: what the plugin registers, without the plugin's name.
+    commands : tuple of str
+        Commands of ``tactile`` that it adds.
     profiles : Path or None
         The folder of the profiles that it ships.
     """
@@ -90,6 +93,7 @@ class PluginInfo:
     status: Literal["ok", "broken", "other API"] = "ok"
     problems: tuple[str, ...] = ()
     components: Mapping[ComponentKind, tuple[str, ...]] = field(default_factory=dict)
+    commands: tuple[str, ...] = ()
     profiles: Path | None = None
 
 
@@ -107,6 +111,8 @@ def resolve(kind: Literal["artefact"], name: str) -> type[Artefact]: ...
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 @overload
 def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
+@overload
+def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -114,7 +120,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
 
     Parameters
     ----------
-    kind : {"camera", "illumination", "light_driver", "calibrator", "artefact", "estimator", "sink"}
+    kind : ComponentKind
         The interface that the class must implement.
     name : str
         For example ``"core.replay"``.
@@ -183,15 +189,21 @@ def _name_of(written: str, offer: Offer | None) -> str:
     return ""
 
 
-def find_plugin(name: str) -> Plugin:
+def find_plugin(name: str, wanted_by: str = "this") -> Plugin:
     """Import a plugin by its name.
+
+    Parameters
+    ----------
+    name : str
+    wanted_by : str
+        What needs it, for the message.
 
     Raises
     ------
     PluginError
         The plugin is missing, broken, for another API or claimed by two distributions.
     """
-    return Plugin.load(_offer(name, wanted_by="this"))
+    return Plugin.load(_offer(name, wanted_by))
 
 
 def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
@@ -204,6 +216,38 @@ def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
     """
     offers = sorted(_foreign_offers(), key=lambda offer: (offer.name, offer.distribution))
     return [_inspect(offer, import_components) for offer in (_CORE, *offers)]
+
+
+def added_commands() -> list[str]:
+    """Return the commands that installed plugins add; broken plugins are left out."""
+    return sorted({name for plugin in _working_plugins() for name in plugin.commands()})
+
+
+def find_command(name: str) -> Callable[..., None] | None:
+    """Return the function of a command that a plugin adds; None if no plugin does.
+
+    Raises
+    ------
+    PluginError
+        Two plugins add it, or it cannot be imported.
+    """
+    adding = [plugin for plugin in _working_plugins() if name in plugin.commands()]
+    if len(adding) > 1:
+        raise PluginError(
+            f"the command {name!r} is added by {' and by '.join(p.offer.origin for p in adding)}; "
+            f"uninstall all but one of them"
+        )
+    return adding[0].command(name) if adding else None
+
+
+def _working_plugins() -> Iterator[Plugin]:
+    """Import every installed plugin but the core; yield those whose commands can be read."""
+    for offer in _foreign_offers():
+        if not _objection(offer):
+            with suppress(PluginError):
+                plugin = Plugin.load(offer)
+                plugin.commands()
+                yield plugin
 
 
 def profile_directories() -> Mapping[str, Path]:
@@ -262,6 +306,7 @@ def _inspect(offer: Offer, import_components: bool) -> PluginInfo:
         status="broken" if report.problems else "ok",
         problems=report.problems,
         components=report.components,
+        commands=report.commands,
         profiles=report.profiles,
     )
 

@@ -17,6 +17,7 @@ from tactile_core.errors import InputError, Place, Problem, ProfileError
 from tactile_core.formats.files import expand_home, is_file
 from tactile_core.formats.text import shorten_repr
 from tactile_core.formats.yaml_tree import Node, problem_at, read_yaml, refusal
+from tactile_core.interfaces.component import VIRTUAL_CAMERA
 from tactile_core.profiles.components import check_components
 from tactile_core.profiles.model import Profile
 from tactile_core.profiles.problems import MISSING, problems_of
@@ -149,7 +150,7 @@ _OVERRIDES = Place(Path("overrides"))
 
 # Overlay of every virtual sensor: its camera delivers the rectified image directly.
 _VIRTUAL: Mapping[str, Any] = {
-    "camera": {"use": "core.virtual"},
+    "camera": {"use": VIRTUAL_CAMERA},
     "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
 }
 

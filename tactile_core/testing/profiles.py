@@ -12,7 +12,7 @@ from itertools import islice
 
 import numpy as np
 
-from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
@@ -28,7 +28,7 @@ from tactile_core.testing.differences import (
     report_errors,
 )
 from tactile_core.testing.registered import ProfileFile
-from tactile_core.testing.virtual_presses import full_rig
+from tactile_core.testing.virtual_presses import full_rig, simulator
 
 # Matches absolute paths except devices.
 _ABSOLUTE = re.compile(r"(/(?!dev/)|~|\\\\|[A-Za-z]:[\\/])\S")
@@ -84,6 +84,7 @@ class ProfileChecks(Suite):
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._load_profile(profile)
+        simulator()
         if full_rig(loaded) is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
         with report_errors(
@@ -116,6 +117,7 @@ class ProfileChecks(Suite):
     def test_virtual_sensor(self, profile: ProfileFile) -> None:
         """Its virtual sensor gives frames of the profile's size, and a press changes them."""
         self._load_profile(profile)
+        simulator()
         why = "--sim runs a profile without its hardware"
         do = "correct the lights or the gel in the profile, or override them under 'sim:'"
         with report_errors(profile, "its virtual sensor does not run", why=why, do=do):

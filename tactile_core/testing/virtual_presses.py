@@ -5,6 +5,7 @@ The heights are those of an analytic ball; the illumination is that of the virtu
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
@@ -12,11 +13,15 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.conditioning.conditioning import MarkerFinder
-from tactile_core.errors import TactileError
+from tactile_core.errors import PluginError, TactileError
 from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.component import SIMULATOR
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Markers
+from tactile_core.interfaces.simulator import Renderer, Simulator
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     ContactMask,
@@ -30,8 +35,7 @@ from tactile_core.quantities import (
     Reference,
     SlipState,
 )
-from tactile_core.sim.analytic_ball import BallPress
-from tactile_core.sim.optics.rig import RigOptics
+from tactile_core.testing.differences import CannotCheck
 
 PRESSES = 7  # Number of presses for a calibration
 
@@ -84,10 +88,22 @@ class VirtualPress:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A virtual sensor: a profile and its illumination."""
+    """A virtual sensor of a profile."""
 
     profile: Profile
-    optics: RigOptics
+
+    @cached_property
+    def optics(self) -> Renderer:
+        """The illumination.
+
+        Raises
+        ------
+        CannotCheck
+            No simulator is installed.
+        TactileError, ValueError
+            The profile cannot be rendered.
+        """
+        return simulator().renderer(self.profile)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -246,12 +262,29 @@ def _frozen(array: NDArray[S]) -> NDArray[S]:
     return array
 
 
+def simulator() -> Simulator:
+    """Return what renders virtual presses.
+
+    Raises
+    ------
+    CannotCheck
+        None is installed.
+    """
+    try:
+        return resolve("simulator", SIMULATOR)()
+    except PluginError as error:
+        raise CannotCheck(f"left out without a simulator: {error}") from error
+
+
 def full_rig(profile: Profile) -> Rig | None:
     """Return the virtual sensor at the profile's size; None if it cannot be rendered."""
-    try:
-        return Rig(profile, RigOptics(profile))
-    except (TactileError, ValueError):
-        return None
+    rig = Rig(profile)
+    with suppress(CannotCheck):
+        try:
+            _ = rig.optics
+        except (TactileError, ValueError):
+            return None
+    return rig
 
 
 def small_rig(profile: Profile) -> Rig | None:
@@ -270,5 +303,4 @@ def small_rig(profile: Profile) -> Rig | None:
 
 def generic_rig() -> Rig:
     """Return a virtual sensor with three colours, for plugins without an illumination."""
-    profile = Profile.model_validate(_GENERIC)
-    return Rig(profile, RigOptics(profile))
+    return Rig(Profile.model_validate(_GENERIC))

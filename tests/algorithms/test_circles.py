@@ -19,7 +19,8 @@ from tactile_core.algorithms.circles import (
 )
 from tactile_core.algorithms.circles.press import change_of
 from tactile_core.algorithms.circles.press_fit import PRESS_FIT, slope_around
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_core.algorithms.sphere import BallPress
+from tactile_sim.optics.rig import render
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.errors import InputError
-from tactile_core.sim.analytic_ball import BallPress
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]

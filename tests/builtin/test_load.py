@@ -15,7 +15,7 @@ from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Reference, RelativeLoad
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 SIZE = {"image": {"width_px": 320, "height_px": 240, "mm_per_px": 0.0552}}
 STEPS = {"estimators": {"load": {"use": "core.load"}}}

@@ -22,8 +22,8 @@ from tactile_core.quantities import (
     MarkerField,
     Reference,
 )
-from tactile_core.sim.optics import RigOptics
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.optics import RigOptics
+from tactile_sim.stage import VirtualStage
 
 CHAIN = {"estimators": {"markers": {"use": "core.markers"}, "height": None, "contact": None}}
 

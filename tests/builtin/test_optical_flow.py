@@ -12,8 +12,8 @@ from tactile_core import DisplacementField
 from tactile_core.builtin.optical_flow import OpticalFlow
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim import VirtualStage
-from tactile_core.sim.truth import TrueState
+from tactile_sim import VirtualStage
+from tactile_sim.truth import TrueState
 
 
 class Bare:

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Gradients, HeightMap, ReferenceGradients
-from tactile_core.sim.analytic_ball import BallPress
 
 SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(

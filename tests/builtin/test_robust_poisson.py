@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson, RobustPoisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Gradients
-from tactile_core.sim.analytic_ball import BallPress
 
 SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(

@@ -30,9 +30,9 @@ from tactile_core.quantities import (
     Reference,
     SlipState,
 )
-from tactile_core.sim.gel_surface import GelSurface
-from tactile_core.sim.indenters import make_indenter
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.gel_surface import GelSurface
+from tactile_sim.indenters import make_indenter
+from tactile_sim.stage import VirtualStage
 
 DISC = Plan(
     "disc",

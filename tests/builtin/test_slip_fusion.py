@@ -24,7 +24,7 @@ from tactile_core.quantities import (
     SlipContact,
     SlipState,
 )
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 SHAPE = 48, 64
 CONTEXT = SensorContext(load_profile("hex_fingertip").image, load_profile("hex_fingertip").gel)

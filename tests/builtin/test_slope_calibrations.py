@@ -12,6 +12,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
 from tactile_core.algorithms.network import train
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.lookup_table import (
     LookupTable,
     LookupTableCalibrator,
@@ -26,7 +27,6 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibrator import Calibrator, Press
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.analytic_ball import BallPress
 
 Model = Polynomial | Mlp | LookupTable
 CALIBRATORS = {

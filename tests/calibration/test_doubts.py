@@ -16,7 +16,7 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.sim.optics.rig import RigOptics
+from tactile_sim.optics.rig import RigOptics
 
 BALL_PX = BALL_MM / 2 / 0.1245
 

@@ -13,13 +13,14 @@ import pytest
 from support.height_lab import HEIGHT, HeightLab, make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.calibration import press_search
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.scoring import FOLDS
 from tactile_core.interfaces.calibrator import Press
 from tactile_core.quantities import Reference
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 HELD_OUT = 2
 Folds = list[list[np.ndarray]]

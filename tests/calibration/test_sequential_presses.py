@@ -17,8 +17,8 @@ from support.height_lab import (
     make_height_lab,
 )
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
-from tactile_core.sim.analytic_ball import BallPress
 
 BALL_MM = 3.0
 CENTRES_PX = [(40.0, 35.0), (118.5, 40.0), (80.0, 62.5), (45.0, 84.0), (121.0, 80.5), (80.0, 30.0)]

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import InputError
-from tactile_core.sim.analytic_ball import BallPress
 
 pytestmark = pytest.mark.headline
 

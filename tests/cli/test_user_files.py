@@ -14,8 +14,8 @@ import pytest
 from support import command_line
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.sim.analytic_ball import BallPress
 
 LIMIT_BYTES = 60_000
 """Largest file on the simulated full disk, bytes."""

@@ -15,8 +15,8 @@ from tactile_core.bundles.manifest import LightRange
 from tactile_core.conditioning.conditioning import DriftCompensator
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.sim import VirtualStage
-from tactile_core.sim.stage import vary
+from tactile_sim import VirtualStage
+from tactile_sim.stage import vary
 
 RIGS = "hex_fingertip_unmarked", "desktop_six_led_portable"
 SMALL = {"image": {"width_px": 320, "height_px": 240, "mm_per_px": 0.055}}

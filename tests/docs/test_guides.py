@@ -9,11 +9,11 @@ import pytest
 from support.followed import ROOT, Reader
 from support.virtual_lab import VirtualLab
 
-from tactile_core.evaluation.demo import calibrated_virtually
+from tactile_core.algorithms.sphere import BallPress
+from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.analytic_ball import BallPress
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 pytestmark = pytest.mark.pages
 
@@ -44,7 +44,7 @@ def test_a_sensor_is_recorded_and_measured_again(tmp_path: Path) -> None:
 
 
 def test_force_is_measured(tmp_path: Path) -> None:
-    calibrated_virtually(load_profile("hex_fingertip", sim=True)).save(tmp_path / "bundle")
+    calibrate_virtual_unit(load_profile("hex_fingertip", sim=True)).save(tmp_path / "bundle")
     stage = VirtualStage("hex_fingertip")
     stage.indenter("sphere", diameter_mm=12)
     (tmp_path / "recording").mkdir()

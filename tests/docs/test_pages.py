@@ -10,18 +10,16 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-import typer
 from support.followed import ROOT
-from support.pages import commands
+from support.pages import commands, known_commands
 
 import tactile_core
 from tactile_core.bundles.manifest import FORMAT
-from tactile_core.cli.app import app
 from tactile_core.interfaces.hookspecs import GROUP
 from tactile_core.profiles.loader import list_rigs, load_profile
 
 DOCS = ROOT / "docs"
-KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+KNOWN = known_commands()
 GAP = "…"
 
 

@@ -15,7 +15,7 @@ from support.virtual_lab import VirtualLab
 from tactile_core.cli.app import app
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 GUIDES = ROOT / "docs" / "how-to"
 PROFILES = (GUIDES / "write-a-profile.md").read_text()

@@ -9,16 +9,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
 from tactile_core.pipeline.conversion import convert, keep_recording
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import BallPress, render
-from tactile_core.sim.script import Script
-from tactile_core.sim.simulation import simulate
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.optics.rig import render
+from tactile_sim.script import Script
+from tactile_sim.simulation import simulate
+from tactile_sim.stage import VirtualStage
 
 WIDTH, HEIGHT, SCALE_MM, BALL_MM = 80, 60, 0.1, 3.0
 SHAPE = (HEIGHT, WIDTH)

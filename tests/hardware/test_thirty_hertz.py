@@ -12,11 +12,11 @@ import pytest
 
 from tactile_core import HeightMap, MarkerField, SlipState, load_profile, open_sensor
 from tactile_core.builtin.cameras.uvc_camera import UvcCamera
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.errors import CameraTimeout
-from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage, encoded_image
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 FPS, FRAMES = 30, 900
 BUFFERS = 10

@@ -20,7 +20,7 @@ from hardware.webcam import Webcam
 from support.virtual_bench import COLUMNS, ROWS, Scene, Timing
 from usbip.transport import USBIP
 
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 PRESSED = 12
 """Different images of the gel, which are sent again and again."""

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from support.virtual_lab import PROFILE, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.linear_force_model import FEATURES, LinearForceModel
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Wrench
-from tactile_core.sim.analytic_ball import BallPress
 
 
 @pytest.fixture

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health import GelHealth
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.quantities import Frame, MarkerField
-from tactile_core.sim.analytic_ball import BallPress
 
 PERIOD_S = 0.5
 

@@ -21,13 +21,13 @@ from tactile_core import (
     Reading,
     Reference,
 )
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.estimator import External, SensorContext
 from tactile_core.pipeline.chain import Chain
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.quantities import Quantity, ShownGel
-from tactile_core.sim.analytic_ball import BallPress
 
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 

@@ -25,6 +25,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from support.watching import until
 
 from tactile_core import open_sensor
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import InputError
@@ -34,7 +35,6 @@ from tactile_core.recordings.recording import open_recording
 from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.source import recording_file
-from tactile_core.sim.analytic_ball import BallPress
 
 FRAMES = 6
 

@@ -11,6 +11,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
@@ -20,7 +21,6 @@ from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline import playback
 from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.analytic_ball import BallPress
 
 
 def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:

@@ -12,7 +12,7 @@ from support.live_sensor import profile, send, stream
 from support.mjpeg_server import Exchange, MjpegServer
 
 from tactile_core import ContactMask, Pipeline, open_sensor
-from tactile_core.evaluation.timing.unit import VirtualUnit, virtual_unit
+from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.formats.npz import arrays_of
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.made_up_frames import made_up_frames

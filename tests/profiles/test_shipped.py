@@ -102,7 +102,7 @@ def test_a_shipped_profile_opens_its_device(name: str, camera: str, driver: str 
 
 
 def test_the_virtual_sensor_needs_no_device() -> None:
-    assert load_profile("desktop_six_led", sim=True).camera.use == "core.virtual"
+    assert load_profile("desktop_six_led", sim=True).camera.use == "sim.virtual"
 
 
 def test_the_light_box_has_an_output_for_each_light_of_the_rig() -> None:

@@ -1,7 +1,7 @@
 """Observations of Yuan et al. (ICRA 2015, Sensors 2017), reproduced on virtual rigs.
 
 Each frame is rendered, and measured by the complete pipeline with a calibration of the rig.
-``tests/sim/test_papers.py`` tests the mechanics of the gel without rendering.
+``plugins/tactile-sim/tests/test_papers.py`` tests the mechanics of the gel without rendering.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from tactile_core import ContactMask, DisplacementField, MarkerField, SlipState, load_profile
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.displacement import decompose_field
-from tactile_core.evaluation.timing.unit import virtual_unit
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 pytestmark = pytest.mark.headline
 

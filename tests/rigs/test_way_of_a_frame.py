@@ -16,7 +16,7 @@ from tactile_core.quantities import SlipState
 
 STATIONS = {
     "tactile_core.acquisition.acquisition": ("Acquisition.observe",),
-    "tactile_core.sim.camera": ("VirtualCamera._read",),
+    "tactile_sim.camera": ("VirtualCamera._read",),
     "tactile_core.acquisition.assembly": ("Assembly.frame",),
     "tactile_core.pipeline.pipeline": ("Pipeline.process",),
     "tactile_core.conditioning.conditioning": ("Conditioning.__call__",),

@@ -8,9 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 
 def sensor(parent: str = "hex_fingertip_unmarked", **overrides: Any) -> Profile:

@@ -11,13 +11,14 @@ import pytest
 from scaffold.pictures import photograph, sensor
 
 from experiments.measured_scale import grid
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.errors import InputError, ProfileError
 from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.scaffold import NewProfile, new_profile
 from tactile_core.scaffold.markers import FoundMarkers, find_markers, markers_finding
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 UNMARKED = "hex_fingertip_unmarked"
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tactile_core.live.server import LivePage
+from tactile_live.server import LivePage
 
 CHROMIUM = Path("/usr/bin/chromium")
 

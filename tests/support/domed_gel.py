@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.profiles.model import Profile
-from tactile_core.sim.analytic_ball import render
+from tactile_sim.optics.rig import render
 
 Array = NDArray[Any]
 

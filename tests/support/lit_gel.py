@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from support.light_box import LightBox
 
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.stage import VirtualStage
+from tactile_sim.stage import VirtualStage
 
 Levels = NDArray[np.float64]
 """(L,) level of each light, 0..1."""

@@ -26,7 +26,7 @@ IMPORTS = ("light_import", "import_effects")
 """Checks that start an interpreter; they run only for the plugins in ``IMPORTED``."""
 
 REGISTERED: Mapping[str, tuple[str, str]] = {
-    "nothing": ("registration", "registers no component and no profile"),
+    "nothing": ("registration", "registers no component, no command and no profile"),
     "misspelt": ("registration", "tactile_sensors, which is not a hook"),
     "listing": ("registration", "must return {name: 'module:Class'}"),
     "no_folder": ("registration", "must return an existing folder"),

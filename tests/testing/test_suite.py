@@ -14,17 +14,17 @@ pytest_plugins = ["pytester"]
 
 
 def outcome(
-    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *lines: str
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *lines: str, before: str = ""
 ) -> tuple[dict[str, int], str]:
     """Run a test class with these lines; return the counts and the output."""
-    monkeypatch.syspath_prepend(FAKES)
+    monkeypatch.setenv("PYTHONPATH", str(FAKES))
     body = "\n".join(f"    {line}" for line in lines)
     pytester.makepyfile(
-        "from tactile_core.testing import PluginConformance\n\n\n"
+        f"from tactile_core.testing import PluginConformance\n{before}\n\n"
         f"class TestMyLab(PluginConformance):\n{body}\n"
     )
     options = ("-p", "no:cacheprovider", "-rxs", "-k", "not import_effects and not light_import")
-    result = pytester.runpytest_inprocess(*options)
+    result = pytester.runpytest_subprocess(*options)
     return result.parseoutcomes(), str(result.stdout)
 
 
@@ -77,12 +77,23 @@ def test_an_unknown_name_among_the_expected_failures_is_a_failure(
     assert f"expected_failures names {key!r}, which is not a check of this plugin" in output
 
 
+def test_without_a_simulator_the_checks_that_need_one_are_left_out_by_name(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    absent = "import tactile_core.testing.virtual_presses as v; v.SIMULATOR = 'elsewhere.virtual'"
+    counts, output = outcome(pytester, monkeypatch, "plugin = 'undeclared'", before=absent)
+    assert counts.get("failed") is None
+    assert counts["skipped"] > 1
+    assert "left out without a simulator" in output
+    assert "pip install tactile-elsewhere" in output
+
+
 def test_an_empty_plugin_is_a_failure(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counts, output = outcome(pytester, monkeypatch, "plugin = 'nothing'")
     assert counts["failed"] == 1
-    assert "registers no component and no profile" in output
+    assert "registers no component, no command and no profile" in output
 
 
 def test_options_and_stall_make_a_device_testable(

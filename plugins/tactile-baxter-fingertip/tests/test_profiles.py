@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.loader import load_profile
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 
 def test_one_exposure_shows_four_arrays_in_three_channels() -> None:

@@ -18,8 +18,8 @@ from scipy.spatial import KDTree
 
 from tactile_core.algorithms.markers import Tone, contrast_of, find_marker_lattice, find_markers
 from tactile_core.algorithms.markers.contrast import brightness_of
-from tactile_core.sim import VirtualStage
-from tactile_core.sim.optics.faults import Faults
+from tactile_sim import VirtualStage
+from tactile_sim.optics.faults import Faults
 
 Array = NDArray[Any]
 

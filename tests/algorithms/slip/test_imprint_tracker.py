@@ -22,7 +22,7 @@ from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintT
 from tactile_core.algorithms.slip.state import FUSION, degree_of
 from tactile_core.errors import InputError
 from tactile_core.formats.images import read_image
-from tactile_core.sim import VirtualStage
+from tactile_sim import VirtualStage
 
 MM_PER_PX = 0.05
 

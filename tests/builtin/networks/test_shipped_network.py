@@ -15,7 +15,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference
-from tactile_core.sim.stage import VirtualStage, vary
+from tactile_sim.stage import VirtualStage, vary
 
 FOLDER = Path(sensor_profiles.DIRECTORY) / "networks"
 UNSEEN_UNIT = 20_001

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from tactile_core.acquisition.acquisition import average
+from tactile_core.algorithms.sphere import BallPress
 from tactile_core.calibration.guided.background import UndeformedCells
 from tactile_core.calibration.guided.touch import TOUCH, Still, Touches
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame
-from tactile_core.sim.analytic_ball import BallPress, render
+from tactile_sim.optics.rig import render
 
 SHAPE, MM_PER_PX, BALL_MM = (120, 160), 0.125, 4.0
 BALL_PX = BALL_MM / 2 / MM_PER_PX

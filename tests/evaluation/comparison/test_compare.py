@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.algorithms.sphere import BallPress
+from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.evaluation.comparison import Comparison, compare, parse_swap, variants_of
 from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
-from tactile_core.evaluation.timing.unit import virtual_unit
 from tactile_core.formats.npz import write_npz
-from tactile_core.sim.analytic_ball import BallPress
 
 PRESSES = {
     "left": BallPress((60.0, 55.0), BALL_MM, 0.8),

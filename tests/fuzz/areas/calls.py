@@ -87,7 +87,7 @@ def _profile_changed(rng: Random) -> Any:
 
 
 def _staged(rng: Random) -> Any:
-    from tactile_core.sim import VirtualStage
+    from tactile_sim import VirtualStage
 
     overrides = {"gel": {"friction": _number(rng, 0.5)}} if rng.random() < 0.3 else None
     mode = _word(rng, "fast") if rng.random() < 0.2 else "fast"
@@ -241,9 +241,9 @@ def _bundle_read(rng: Random, path: Path) -> Any:
 
 
 def _played(rng: Random, path: Path) -> Any:
-    from tactile_core.sim import VirtualStage
-    from tactile_core.sim.script import Script
-    from tactile_core.sim.simulation import simulate
+    from tactile_sim import VirtualStage
+    from tactile_sim.script import Script
+    from tactile_sim.simulation import simulate
 
     return simulate(VirtualStage("small.yaml"), Script(path), Path(rng.choice(("new", "frames"))))
 

@@ -43,11 +43,11 @@ def _watched(
     recording: bool, clicks: list[list[dict[str, Any]]], reloads_s: list[float | None]
 ) -> None:
     from tactile_core.errors import TactileError
-    from tactile_core.live.commands import read_command
-    from tactile_core.live.desk import Desk
-    from tactile_core.live.live_sensor import LiveSensor
     from tactile_core.pipeline.opening import open_sensor
     from tactile_core.recordings.recording import open_recording
+    from tactile_live.commands import read_command
+    from tactile_live.desk import Desk
+    from tactile_live.live_sensor import LiveSensor
 
     source: dict[str, Any] = {"input": "frames"} if recording else {"sim": True}
     sensor = open_sensor("small.yaml", bundle="bundle", reference="ref.png", **source)

@@ -1,0 +1,102 @@
+"""Write a simulation to disk: frames and their ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.errors import InputError
+from tactile_core.formats.folders import fresh_folder, move_in, resolve_links
+from tactile_core.formats.images import write_png
+from tactile_core.formats.npz import write_npz
+from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.illumination import COLOUR
+from tactile_core.quantities import Frame
+from tactile_sim.script import Script
+from tactile_sim.stage import VirtualStage
+from tactile_sim.truth import TrueState
+
+FRAMES, TRUTH, REFERENCE = "frames", "truth", "reference"
+
+
+def simulate(
+    stage: VirtualStage, script: Script, out: Path, *, progress: Progress | None = None
+) -> int:
+    """Play a script on a stage and write its frames and ground truth, all or nothing.
+
+    ``out/frames`` is a recording and ``out/reference`` a recording of the undeformed sensor.
+    ``out/truth/NAME.npz`` holds the ground truth of each frame under the names that ``tactile run``
+    uses, and in addition ``stick``, ``time_s``, ``depth_mm`` and ``pose`` (x and y of the object in
+    mm, and its angle in degrees). Dense fields refer to current image positions.
+
+    Parameters
+    ----------
+    stage : VirtualStage
+        It is reset first.
+    script : Script
+    out : Path
+        A folder that does not exist or is empty.
+    progress : Progress, optional
+
+    Returns
+    -------
+    int
+        Number of frames.
+
+    Raises
+    ------
+    InputError
+        A step of the script is impossible, or the folder is not empty.
+    OSError
+        Writing failed, for example because the disk is full; no files are left behind.
+    """
+    progress = progress or Silent()
+    folder = resolve_links(Path(out))
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{out} already exists; give another --out, or empty it")
+    progress.stage("simulating", 1.0)
+    with fresh_folder(folder) as fresh:
+        stage.reset()
+        (fresh / TRUTH).mkdir()
+        write_frame(fresh / REFERENCE, stage.frame(), "undeformed")
+        for number, _ in enumerate(script.play_frames(stage)):
+            name = f"{number:06d}"
+            write_frame(fresh / FRAMES, stage.frame(), name)
+            write_npz(fresh / TRUTH / f"{name}.npz", truth_arrays(stage.truth()))
+            progress.fraction((number + 1) / script.frames)
+        move_in(fresh, folder)
+    return script.frames
+
+
+def truth_arrays(truth: TrueState) -> Mapping[str, NDArray[Any]]:
+    """Arrays of the ground truth, under the names of the measured quantities."""
+    return {
+        "height_mm": truth.height_mm,
+        "gradients": truth.gradients,
+        "contact": truth.contact,
+        "stick": truth.stick,
+        "displacement_mm": truth.displacement_mm,
+        "markers_px": truth.markers_px.astype(np.float32),
+        "wrench": truth.wrench.astype(np.float32),
+        "mm_per_px": np.array(truth.mm_per_px),
+        "time_s": np.array(truth.time_s),
+        "depth_mm": np.array(truth.depth_mm),
+        "pose": np.array([truth.pose.x_mm, truth.pose.y_mm, truth.pose.angle_deg]),
+    }
+
+
+def write_frame(folder: Path, frame: Frame, name: str) -> None:
+    """Write a colour image, or a folder of grey images, one per light of a sequence."""
+    pixels = frame.pixels
+    sequential = len(frame.exposure_times_s) > 1 or pixels.shape[2] not in (1, COLOUR)
+    inside = folder / name if sequential else folder
+    inside.mkdir(parents=True, exist_ok=True)
+    if not sequential:
+        write_png(folder / f"{name}.png", pixels[..., 0] if pixels.shape[2] == 1 else pixels)
+        return
+    for k in range(pixels.shape[2]):
+        write_png(inside / f"{k:02d}.png", np.ascontiguousarray(pixels[..., k]))

@@ -1,4 +1,0 @@
-"""Optics of a virtual sensor: from the state of the gel surface to camera frames."""
-
-from tactile_core.sim.optics.faults import Faults as Faults
-from tactile_core.sim.optics.rig import RigOptics as RigOptics

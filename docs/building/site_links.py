@@ -124,9 +124,9 @@ def decisions() -> str:
     lines = [
         "# Decisions",
         "",
-        "Each page records a choice that could have been made otherwise, and the reasons. Where "
-        "a page says so, its figures are those of the decision; today's are in "
-        "[accuracy](../reference/accuracy.md) and [performance](../reference/performance.md).",
+        "Each page records a choice that could have been made otherwise, and the reasons. Figures "
+        "are in [accuracy](../reference/accuracy.md) and "
+        "[performance](../reference/performance.md).",
         "",
     ]
     for path in decision_files():

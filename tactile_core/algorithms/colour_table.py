@@ -26,7 +26,7 @@ class TABLE:
     # entries.
     bins = 80
     # [count] A model is evaluated at every 2^halvings-th entry, and interpolated between. Source:
-    # the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 81).
+    # the errors of held-out presses of four sets are within 0.1 % of those of 1 (ADR 6).
     halvings = 2
 
 

@@ -56,7 +56,7 @@ class Sampling:
     ) -> Self:
         """Choose the grid for images of (rows, columns) and about this standard deviation."""
         # [steps] The errors of the normals of recorded balls stay within 0.1° of those at every
-        # pixel (ADR 30)
+        # pixel (ADR 6)
         step = max(1, int(blur_px / 0.75))
         # An average of n pixels has the variance (n² − 1) / 12, linear interpolation n² / 6.
         variance = blur_px**2 - (step**2 - 1) / 12 - (step**2 / 6 if step > 1 else 0)

@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.normals import planes_to_gradient, to_normal_xy
 
 # Heights are integrated from means over 2 × 2 cells where so many are left. Source: chosen by hand:
-# a grid of 160 × 120, on which contacts are found, too (ADR 86).
+# a grid of 160 × 120, on which contacts are found, too (ADR 84).
 HEIGHT_CELLS = 160 * 120
 
 

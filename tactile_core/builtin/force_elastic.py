@@ -28,7 +28,7 @@ from tactile_core.quantities import (
 from tactile_core.quantities.quantity import grid_of
 
 # [count] Cells over the thickness of the gel, which spreads what a load moves: virtual rigs (ADR
-# 91): twice as many change the force of light balls by 1 %, for four times the cells
+# 73): twice as many change the force of light balls by 1 %, for four times the cells
 _CELLS_PER_THICKNESS = 4.5
 
 

@@ -1,4 +1,4 @@
-"""Cues of slip: the motion of the imprint, the loss of contact, the release of shear, friction."""
+"""Cues of slip: the motion of the imprint, the loss of contact, friction."""
 
 from __future__ import annotations
 

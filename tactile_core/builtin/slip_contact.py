@@ -37,7 +37,7 @@ from tactile_core.quantities import (
 from tactile_core.quantities.quantity import Grid, grid_of, on_demand
 
 # [share of the view's border] A contact that covers more of the border is taken from the
-# displacement instead: chosen on virtual contacts (ADR 31)
+# displacement instead: chosen on virtual contacts (ADR 29)
 _MAX_BORDER_SHARE = 0.5
 
 

@@ -31,7 +31,7 @@ from tactile_core.recordings.inputs import PROFILE, Inputs
 from tactile_core.recordings.session_files import own_reference
 
 # [count] Fewest presses that several processes share. With fewer, starting a process takes longer
-# than it saves (ADR 89)
+# than it saves (ADR 8)
 _FEWEST_SHARED = 12
 
 

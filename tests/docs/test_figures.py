@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from ruamel.yaml import YAML
-from support.figures import EVIDENCE, OF_ITS_TIME, section, stated, unbacked
+from support.figures import EVIDENCE, section, stated, unbacked
 from support.followed import ROOT
 
 FACTS: dict[str, dict[str, list[str]]] = YAML(typ="safe").load(
@@ -165,12 +165,6 @@ def test_figures_are_recognised(figure: str) -> None:
 )
 def test_code_comments_and_numbering_are_not_figures(text: str) -> None:
     assert unbacked_in(text) == []
-
-
-def test_a_decision_with_the_note_keeps_its_original_figures() -> None:
-    assert unbacked_in(f"# 5. Why\n\n{OF_ITS_TIME}\n\n5 mm", page="docs/adr/0005-why.md") == []
-    assert unbacked_in("# 5. Why\n\n5 mm", page="docs/adr/0005-why.md") == ["5 mm"]
-    assert unbacked_in(f"{OF_ITS_TIME}\n\n5 mm") == ["5 mm"]
 
 
 def test_a_section_ends_at_the_next_heading_of_its_level() -> None:

@@ -16,7 +16,8 @@ from ruamel.yaml import YAML
 
 ROOT = site_links.ROOT
 CONFIG = YAML(typ="safe").load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
-DECISIONS = [f"adr/{path.name}" for path in site_links.decision_files()]
+ADRS = site_links.decision_files()
+DECISIONS = [f"adr/{path.name}" for path in ADRS]
 
 
 def leaves(nav: Any) -> Iterator[str]:
@@ -78,9 +79,18 @@ def test_the_first_page_begins_like_the_readme_and_does_not_repeat_it() -> None:
 
 
 def test_the_list_of_all_pages_has_them_all() -> None:
-    listed = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    pages = (ROOT / "docs").glob("[ehrt]*/*.md")
-    assert [page.name for page in pages if f"/{page.name})" not in listed] == []
+    docs = ROOT / "docs"
+    listed = (docs / "index.md").read_text(encoding="utf-8")
+    pages = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
+    each = [page for page in pages - {"index.md"} if not page.startswith("adr/")]
+    assert [page for page in (*each, "adr/") if f"]({page})" not in listed] == []
+
+
+def test_a_decision_is_a_page_and_there_are_few() -> None:
+    decisions = {path.name: path.read_text("utf-8").splitlines() for path in ADRS}
+    assert len(decisions) <= 45
+    assert [name for name, lines in decisions.items() if len(lines) > 45] == []
+    assert [name for name, lines in decisions.items() if max(map(len, lines)) > 100] == []
 
 
 def test_the_pages_show_exactly_the_generated_pictures() -> None:

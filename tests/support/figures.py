@@ -1,12 +1,11 @@
 """Finds figures in pages, and those without evidence.
 
-A page of the documentation may state three kinds of figures:
+A page of the documentation may state two kinds of figures:
 
 - a *measured* one, as the text of a link to the section of a page of :data:`EVIDENCE` that contains
   the same text: ``[1.2°](accuracy.md#six-leds)``;
 - a *fact* (a setting, a dimension, a number from a paper), listed for its page in
-  ``tests/docs/facts.yaml``;
-- any figure, in a decision with the note :data:`OF_ITS_TIME`: it is a record and is not updated.
+  ``tests/docs/facts.yaml``.
 
 Code, in blocks or between backticks, is not checked.
 """
@@ -21,10 +20,6 @@ EVIDENCE = (
     "docs/reference/accuracy.md",
     "docs/reference/performance.md",
     "docs/reference/parameters.md",
-)
-OF_ITS_TIME = (
-    "*Figures are those of the decision; [accuracy](../reference/accuracy.md) and "
-    "[performance](../reference/performance.md) hold today's.*"
 )
 
 _SILENT = re.compile(r"^```.*?^```$|<!--.*?-->|`[^`\n]+`|https?://\S+", re.MULTILINE | re.DOTALL)
@@ -66,8 +61,6 @@ def unbacked(page: str, text: str, facts: Iterable[str], held: Callable[[str], s
     held : callable
         Returns the text of a page in the repository, for :data:`EVIDENCE`.
     """
-    if page.startswith("docs/adr/") and OF_ITS_TIME in _spaced(text):
-        return []
     known = {_spaced(fact) for fact in facts}
     wrong = [figure for figure in stated(text, _is_evidence(page)) if figure not in known]
     return wrong + list(_misquoted(page, text, held))

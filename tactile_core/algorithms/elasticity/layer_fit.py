@@ -27,10 +27,10 @@ class LAYER_FIT:
     # [count] Steps towards the fit after the first linearisation. Source: virtual rigs: the third
     # changes the force by less than 1 %.
     steps = 2
-    # [ratio] Thickness changes at most by this factor. Source: by hand, : a profile that is
+    # [ratio] Thickness changes at most by this factor. Source: by hand: a profile that is
     # further off is wrong.
     greatest = 1.5
-    # [float), ratio] Poisson's ratio stays between these. Source: physics: no silicone is more
+    # [ratio] Poisson's ratio stays between these. Source: physics: no silicone is more
     # compressible, and 0.5 is incompressible.
     ratios = (0.3, 0.4995)
 

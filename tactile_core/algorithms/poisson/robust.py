@@ -106,7 +106,7 @@ def _at_faces(gx: Array, gy: Array) -> Float32:
 
 def _weights(valid: Bool) -> Float32:
     """Weight of each face, (2, H, W); a face next to a filled pixel has the weight of that."""
-    # [ratio] Any measured slope around filled ones prevails (ADR 11)
+    # [ratio] Any measured slope around filled ones prevails (ADR 4)
     weight = np.where(valid, np.float32(1), np.float32(0.1))
     faces = np.ones((2, *valid.shape), np.float32)
     np.minimum(weight[:, 1:], weight[:, :-1], out=faces[0, :, :-1])

@@ -26,7 +26,7 @@ class CONTACT_LOSS:
     # touch is not expected to last. Source: by hand, about the time a gripper takes to close.
     settle_s = 0.5
     # [s] Time constant with which the settled strength approaches the present one, so that a
-    # relaxing gel is not reported, and the object is forgotten after its loss. Source: by hand, :
+    # relaxing gel is not reported, and the object is forgotten after its loss. Source: by hand:
     # gels relax in seconds; recorded grasps are ranked alike from 1 s on.
     memory_s = 2.0
     # [share of the strength] Loss that counts as slip. Source: half of what held the object.

@@ -219,7 +219,7 @@ class SurfaceView:
                 f"{len(reference_px)} markers do not determine the motion of the gel surface; "
                 f"track at least {VIEW.min_markers}, or leave the imprint out"
             )
-        self.times: int = max(1, round(pixels.shape[1] / 160))  # [px] for speed (ADR 28)
+        self.times: int = max(1, round(pixels.shape[1] / 160))  # [px] for speed (ADR 43)
         first = _shrink_pixels(pixels, self.times)
         height, width = first.shape[:2]
         self._markers_px = _scale_points(reference_px, self.times)
@@ -234,7 +234,7 @@ class SurfaceView:
         share = shrink_image(mask.astype(np.float32), (width, height))
         # [share of a pixel of the view] Markers cover more of it
         self._hidden = cv2.dilate(share, np.ones((rim, rim), np.uint8)) > 0.25
-        # [pitches] the background is a mean over 1.5, little more than a pitch (ADR 28)
+        # [pitches] the background is a mean over 1.5, little more than a pitch (ADR 43)
         self._side = 2 * round(0.75 * pitch_px) + 1
 
     @property

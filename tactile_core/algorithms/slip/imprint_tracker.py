@@ -65,7 +65,7 @@ class StillNoise:
 
 
 # [s] Time constant with which changes are forgotten, so that a grasp that holds again is not
-# reported as slipping (ADR 28)
+# reported as slipping (ADR 43)
 _MEMORY_S = 1.0
 # [share of the energy per mm] Change of an imprint that sticks, per RMS motion of the markers: the
 # warp between markers is not exact, and the light changes as the surface moves through it: recorded
@@ -136,7 +136,7 @@ class ImprintTracker:
     tone : {"dark", "bright"}
         Whether markers are darker or brighter than the gel.
     change_per_mm : float
-        Change of an imprint that sticks, as in :class:`IMPRINT`.
+        Change of an imprint that sticks, per mm that it moved.
 
     Raises
     ------

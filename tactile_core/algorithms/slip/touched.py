@@ -20,11 +20,11 @@ from tactile_core.algorithms.arrays.types import (
 from tactile_core.algorithms.slip.plane import sample_cells
 
 # [share of the maximum] Steepness above which a point belongs to the ring at the border of a
-# contact: chosen on virtual contacts (ADR 31)
+# contact: chosen on virtual contacts (ADR 29)
 _EDGE_SHARE = 0.3
 _GAP = 4  # [grid points] Radius of the closing that bridges gaps in the ring
 _SMOOTHING = 3  # [grid points] Side of the box filter of the change of light
-_MOVED_SHARE = 0.5  # [share of the maximum] Displacement above which a point is in contact (ADR 31)
+_MOVED_SHARE = 0.5  # [share of the maximum] Displacement above which a point is in contact (ADR 29)
 
 
 def small_image(pixels: Array, size_px: tuple[int, int], full_scale: float) -> Float32:
@@ -136,7 +136,7 @@ def contact_within_ring(
     for border in whole:
         # one by one, because OpenCV leaves out where two of several contours overlap
         cv2.drawContours(mask, [cv2.convexHull(border)], -1, 1, cv2.FILLED)
-    # [grid points] On virtual contacts the surface outside is steep as well (ADR 31)
+    # [grid points] On virtual contacts the surface outside is steep as well (ADR 29)
     inner = cv2.erode(mask, _SQUARE, iterations=2)
     return np.asarray(inner).view(np.bool_)
 

@@ -178,7 +178,7 @@ class UndeformedCells:
         # Source: that of the circle search (``START.blur_radii``).
         self._blur = max(0.5, 0.35 * ball_radius_px / self._scale[0])
         # [share of the full scale] Added to both intensities before the logarithm, which would
-        # dwell on noise in the dark. Source: that of the drift estimate (``coarse_cells.DARKEST``).
+        # dwell on noise in the dark. Source: by hand.
         self._offset = 0.02 * reference.full_scale
         self._undeformed = np.log(self._cells(reference.pixels))
 

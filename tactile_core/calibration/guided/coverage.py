@@ -21,7 +21,7 @@ class COVERAGE:
     # are out of reach of a whole circle.
     complete = 0.85
     # [ball radii] Radii of the contacts that are asked for. Source: what ``tactile calibrate``
-    # uses, and the depths of ADR 53.
+    # uses, and the depths of ADR 5.
     contacts: tuple[float, ...] = (0.5, 0.6, 0.7)
 
 

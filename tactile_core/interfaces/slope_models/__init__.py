@@ -2,6 +2,6 @@
 
 :class:`~tactile_core.interfaces.slope_models.slope_model.SlopeModel` is a complete model, and
 :class:`~tactile_core.interfaces.slope_models.slope_model.SlopeCalibration` a calibration that
-consists of one. Their parts (``samples``, ``tables``, ``model_file``, ``image_shape``,
-``for_reference``) serve models that need only some of them.
+consists of one. The training samples (``samples``) and the file (``model_file``) serve models of
+other kinds as well.
 """

@@ -196,9 +196,10 @@ class RobustPoisson(Estimator):
     """Integrates the slopes robustly against outliers, such as shadows and markers.
 
     Use it in place of ``core.poisson`` where slopes are inconsistent: an attached shadow on one
-    flank, highlights, dust, markers. It takes 6 times as long at
-    320 × 240 and more at larger sizes. The border is free, and the undeformed surface is set to 0 as in :class:`~tactile_core.builtin.poisson.Poisson`. For the
-    method see :func:`tactile_core.algorithms.poisson.integrate_robustly`.
+    flank, highlights, dust, markers. It takes 6 times as long at 320 × 240 and more at larger
+    sizes. The border is free, and the undeformed surface is set to 0 as in
+    :class:`~tactile_core.builtin.poisson.Poisson`. For the method see
+    :func:`tactile_core.algorithms.poisson.integrate_robustly`.
 
     References
     ----------

@@ -17,7 +17,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.targets import balls, undeformed_sensor
 from tactile_core.cli.output import table_lines
-from tactile_core.interfaces.calibrator import Silent
+from tactile_core.interfaces.calibration import Silent
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile

@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.normals import planes_to_gradient
+from tactile_core.algorithms.photometric import planes_to_gradient
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.quantities import Frame, Reference

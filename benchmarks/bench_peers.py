@@ -30,7 +30,7 @@ from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, 
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.evaluation.own_resources import one_thread
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline

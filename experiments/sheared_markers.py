@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.marker_tracking import MarkerTracker
-from tactile_core.algorithms.marker_tracking.pairing import nearest
+from tactile_core.algorithms.marker_tracking.neighbourhood import nearest
 from tactile_sim import VirtualStage
 
 Array = NDArray[Any]

@@ -17,8 +17,8 @@ from .errors import ProfileError as ProfileError
 from .errors import TactileError as TactileError
 from .interfaces.artefact import Artefact as Artefact
 from .interfaces.calibration import Calibration as Calibration
-from .interfaces.calibrator import Calibrator as Calibrator
-from .interfaces.calibrator import Press as Press
+from .interfaces.calibration import Calibrator as Calibrator
+from .interfaces.calibration import Press as Press
 from .interfaces.camera import Camera as Camera
 from .interfaces.camera import StreamStatistics as StreamStatistics
 from .interfaces.camera import Trigger as Trigger

@@ -16,7 +16,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import coarse_size, shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
-from tactile_core.algorithms.gel import THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
 
 # [share of the greatest height] Lower cells may be undeformed: half-way between the gel and the top
 # of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47)

@@ -16,8 +16,7 @@ from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place, relative_change
 from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.slope_cells import SlopeCells, averaged_for_heights
-from tactile_core.algorithms.slope_grid import Model, SlopeGrid
+from tactile_core.algorithms.slope_grid import Model, SlopeCells, SlopeGrid, averaged_for_heights
 
 
 class SlopeField:

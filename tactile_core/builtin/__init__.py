@@ -57,7 +57,7 @@ def tactile_calibrators() -> Mapping[str, str]:
 def tactile_artefacts() -> Mapping[str, str]:
     """What a calibration fits."""
     return {
-        "linear_force": "tactile_core.builtin.linear_force_model:LinearForceModel",
+        "linear_force": "tactile_core.builtin.force_linear:LinearForceModel",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.lookup_table:Polynomial",

@@ -11,10 +11,10 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.displacement import MarkedSurface
-from tactile_core.algorithms.gel import POISSON_RATIO, THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import POISSON_RATIO, THICKNESS_MM
 from tactile_core.algorithms.light_change import change_in_detail
 from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH
+from tactile_core.algorithms.marker_tracking.neighbourhood import GROWTH
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device

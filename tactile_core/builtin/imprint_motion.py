@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import BaseModel
 
 from tactile_core.algorithms.slip.contact_loss import ContactLossTracker, contact_strength
-from tactile_core.algorithms.slip.friction import FrictionRecord, friction_ratio, slip_margin
 from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
+from tactile_core.algorithms.slip.state import FrictionRecord, friction_ratio, slip_margin
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (

@@ -20,7 +20,7 @@ from tactile_core.algorithms.colour_table import (
     refine_table,
 )
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibrator, Press
 from tactile_core.interfaces.slope_models.model_file import Arrays, table_arrays, table_from
 from tactile_core.interfaces.slope_models.samples import (
     SlopeOptions,

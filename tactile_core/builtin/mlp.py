@@ -13,8 +13,7 @@ from pydantic import BaseModel, Field
 from tactile_core.algorithms.arrays.regression import PolynomialFit
 from tactile_core.algorithms.network import Networks, train
 from tactile_core.builtin.lookup_table import PolynomialCalibrator, PolynomialOptions, fit_curve
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.slope_models.model_file import Arrays
 from tactile_core.interfaces.slope_models.samples import (
     SlopeOptions,

@@ -9,12 +9,11 @@ import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells, refine_cells
-from tactile_core.algorithms.gel import THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.levelling import set_to_rest
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
-from tactile_core.algorithms.poisson.errors import height_std
-from tactile_core.algorithms.poisson.integration import between_cells
-from tactile_core.algorithms.slope_cells import SlopeCells
+from tactile_core.algorithms.poisson.integration import between_cells, height_std
+from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.for_reference import ForReference

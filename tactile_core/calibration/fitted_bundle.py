@@ -23,7 +23,7 @@ from tactile_core.calibration.targets import CalibrationTarget
 from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibrator import Calibrator, Progress
+from tactile_core.interfaces.calibration import Calibrator, Progress
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.loader import profile_hash

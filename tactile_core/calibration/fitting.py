@@ -21,7 +21,7 @@ from tactile_core.calibration.targets import (
     undeformed_sensor,
 )
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.pipeline.playback import played_back, read_frames, recorded_session
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.loader import load_profile

@@ -18,14 +18,14 @@ from tactile_core.algorithms.circles import (
     locate,
     working_scale,
 )
-from tactile_core.algorithms.gel import THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.presses import NOT_THIS_GEL, FoundPress
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import CATALOG_FILE, find_catalog
-from tactile_core.interfaces.calibrator import Progress
+from tactile_core.interfaces.calibration import Progress
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

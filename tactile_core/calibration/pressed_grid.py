@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
-from tactile_core.algorithms.gel import THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.photometric import smooth_background
 from tactile_core.algorithms.sphere import flat_equivalent
 from tactile_core.calibration.light_range import undeformed_press, undeformed_sample
@@ -22,7 +22,7 @@ from tactile_core.calibration.result import Fold
 from tactile_core.calibration.target_surface import HeightTarget
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 

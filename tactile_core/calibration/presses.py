@@ -9,11 +9,11 @@ import numpy as np
 
 from tactile_core.algorithms.circles import DIFFERS, Circle, Start
 from tactile_core.algorithms.contact import rim_share
-from tactile_core.algorithms.gel import THICKNESS_MM
+from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.sphere import cap, fit_sphere, rest_height
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
 
 

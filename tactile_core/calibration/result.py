@@ -10,16 +10,15 @@ from typing import Any, Generic, Self
 
 import numpy as np
 
-from tactile_core.algorithms.arrays.gradient import gradient
+from tactile_core.algorithms.arrays.shrinking import gradient
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.press_search import light_of, refound, relocate_press
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import S, TargetSurface
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Press
-from tactile_core.plugins.returned import measured_by
+from tactile_core.interfaces.calibration import Calibration, Press
+from tactile_core.plugins.blame import measured_by
 from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 from tactile_core.recordings.inputs import Inputs
 

@@ -13,8 +13,7 @@ from tactile_core.calibration.presses import angles_deg
 from tactile_core.calibration.result import Fold, measured_frames
 from tactile_core.calibration.score import HeldOutSurface, Score, fitted_errors
 from tactile_core.calibration.target_surface import MeasuredSphere, S
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.quantities import Reference
 
 # Fits a calibration to training samples and a reference.

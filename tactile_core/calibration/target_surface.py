@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import Tmd, read_tmd
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Bool, Float32, Frame, Reference
 
 

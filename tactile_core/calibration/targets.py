@@ -28,7 +28,7 @@ from tactile_core.calibration.target_surface import HeightTarget, S, is_height_m
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibrator import Press, Progress
+from tactile_core.interfaces.calibration import Press, Progress
 from tactile_core.pipeline.playback import images_per_observation, read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

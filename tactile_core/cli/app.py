@@ -12,13 +12,10 @@ from typer.main import get_command
 
 from tactile_core.cli.calibrate import calibrate, calibrate_force
 from tactile_core.cli.compare import compare
-from tactile_core.cli.convert import convert
-from tactile_core.cli.devices import devices
-from tactile_core.cli.doctor import doctor
+from tactile_core.cli.doctor import devices, doctor
 from tactile_core.cli.explaining import guard_command
-from tactile_core.cli.new import new
-from tactile_core.cli.profiles import plugins, profiles, schema, validate
-from tactile_core.cli.record import record, recover
+from tactile_core.cli.profiles import new, plugins, profiles, schema, validate
+from tactile_core.cli.record import convert, record, recover
 from tactile_core.cli.run import run
 
 if TYPE_CHECKING:

@@ -165,7 +165,7 @@ def table_lines(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[st
 
 
 class Bar:
-    """A :class:`tactile_core.interfaces.calibrator.Progress` that draws on stderr."""
+    """A :class:`tactile_core.interfaces.calibration.Progress` that draws on stderr."""
 
     def __init__(self) -> None:
         self._start = monotonic()

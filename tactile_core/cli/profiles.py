@@ -1,14 +1,15 @@
-"""``tactile profiles``, ``plugins``, ``validate`` and ``schema``."""
+"""``tactile profiles``, ``new``, ``plugins``, ``validate`` and ``schema``."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tactile_core.cli.options import AsJson
-from tactile_core.cli.output import print_data, print_json, print_message
+from tactile_core.cli.output import ask, print_data, print_json, print_message
 
 
 def profiles(as_json: AsJson = False) -> None:
@@ -98,3 +99,72 @@ def schema() -> None:
     from tactile_core.profiles.model import profile_schema
 
     print_json(profile_schema(), indent=2)
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the new profile: letters, digits and _.")],
+    parent: Annotated[
+        str, typer.Option("--from", help="The most similar profile: a name or a YAML file.")
+    ],
+    image: Annotated[
+        Path,
+        typer.Option(help="The sensor with no contact: an image, a folder, a video or a scan."),
+    ],
+    scale: Annotated[
+        str | None,
+        typer.Option(
+            help="The scale: mm per px, or what measures it: grid:2, calliper:10, balls:6, "
+            "markers:1.5, rectangle:24x32@x,y,… or the YAML of a ball grid; sizes in mm."
+        ),
+    ] = None,
+    scale_image: Annotated[
+        Path | None,
+        typer.Option(help="The grid in front of the camera, or both balls or tips on the gel."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="File, or folder with --plugin. Default: NAME.yaml; tactile-NAME with --plugin."
+        ),
+    ] = None,
+    plugin: Annotated[
+        bool,
+        typer.Option("--plugin", help="Write a package with a first estimator and its test."),
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+) -> None:
+    """Write a commented minimal profile for your own sensor."""
+    from tactile_core.scaffold import new_package, new_profile
+    from tactile_core.scaffold.package import profile_path
+    from tactile_core.scaffold.profile import refuse_existing
+
+    default = f"tactile-{name.replace('_', '-')}" if plugin else f"{name}.yaml"
+    place = out if out is not None else Path(default)
+    refuse_existing(place, force=force, folder=plugin)
+    profile = new_profile(
+        name,
+        parent,
+        image,
+        out=profile_path(place, name) if plugin else place,
+        scale=scale,
+        scale_image=scale_image,
+        ask=ask if sys.stdin.isatty() else None,
+    )
+    made = new_package(profile) if plugin else profile
+    made.write(place, force=force)
+    for note in profile.notes:
+        print_message(f"note: {note}")
+    print_data(str(place))
+    ball = "--ball-diameter-mm D"
+    if scale is not None and scale.lower().endswith((".yaml", ".yml")):
+        ball = f"--target {scale}"
+    if plugin:
+        steps = [f"pip install -e {place}", f"pytest {place}", f"tactile validate {name}"]
+    else:
+        steps = [
+            f"tactile validate {place}",
+            f"tactile calibrate {place} --presses FOLDER --reference {image} {ball} --out BUNDLE",
+            f"tactile run {place} --bundle BUNDLE --input RECORDING --out RESULTS --save png,npz",
+        ]
+    for step in steps:
+        print_message(f"next: {step}")

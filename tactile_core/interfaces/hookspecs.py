@@ -39,7 +39,7 @@ def tactile_light_drivers() -> Mapping[str, str]:
 
 @hookspec
 def tactile_calibrators() -> Mapping[str, str]:
-    """Calibrators: subclasses of :class:`tactile_core.interfaces.calibrator.Calibrator`."""
+    """Calibrators: subclasses of :class:`tactile_core.interfaces.calibration.Calibrator`."""
     raise NotImplementedError
 
 

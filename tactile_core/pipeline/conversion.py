@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import InputError, PluginError
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
-from tactile_core.interfaces.calibrator import Progress
+from tactile_core.interfaces.calibration import Progress
 from tactile_core.interfaces.sink import Reading, Sink
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import recorded_session

@@ -18,7 +18,7 @@ from tactile_core.pipeline.health import Health
 from tactile_core.pipeline.initial_reference import InitialReference
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back
-from tactile_core.pipeline.recorded_session import session_of
+from tactile_core.pipeline.sensor_recordings import session_of
 from tactile_core.pipeline.workers import check_any_order
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile

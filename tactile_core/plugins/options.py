@@ -9,8 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from tactile_core.errors import ProfileError
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.plugins.blame import blame, fault

@@ -261,7 +261,8 @@ def _object(value: str) -> Any:
 
 def _interface(kind: ComponentKind) -> type:
     name = "".join(word.capitalize() for word in kind.split("_"))
-    interface: type = getattr(import_module(f"tactile_core.interfaces.{kind}"), name)
+    module = "calibration" if kind == "calibrator" else kind
+    interface: type = getattr(import_module(f"tactile_core.interfaces.{module}"), name)
     return interface
 
 

@@ -24,7 +24,7 @@ from tactile_core.plugins.plugin import ComponentKind as ComponentKind
 
 if TYPE_CHECKING:
     from tactile_core.interfaces.artefact import Artefact
-    from tactile_core.interfaces.calibrator import Calibrator
+    from tactile_core.interfaces.calibration import Calibrator
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination

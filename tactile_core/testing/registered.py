@@ -12,8 +12,7 @@ from typing import Any, Literal
 from pydantic import BaseModel
 
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibration import Calibration, Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import Device

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.sphere import BallPress
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import PluginError, TactileError
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import SIMULATOR
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Markers

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.entropy import BIN_MM, displacement_entropy
+from tactile_core.algorithms.displacement.decomposition import BIN_MM, displacement_entropy
 from tactile_core.errors import InputError
 
 

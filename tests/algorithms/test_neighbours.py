@@ -7,8 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
-from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import UNMATCHED, pair_nearest
+from tactile_core.algorithms.marker_tracking.neighbourhood import (
+    UNMATCHED,
+    Neighbourhood,
+    pair_nearest,
+)
 
 PITCH_PX = 20.0
 PLACES = PITCH_PX * np.stack(np.meshgrid(np.arange(12), np.arange(9)), -1).reshape(-1, 2)

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tactile_core.algorithms.normals import STEEPEST_SINE, planes_to_gradient, to_normal_xy
+from tactile_core.algorithms.photometric import STEEPEST_SINE, planes_to_gradient, to_normal_xy
 
 
 def to_gradient(normal_xy: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.algorithms.poisson.errors import height_std
+from tactile_core.algorithms.poisson.integration import height_std
 from tactile_core.algorithms.slope_field import ERRORS, error_table, slope_std
 
 

@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.builtin.force_linear import UNKNOWN, LinearForce
-from tactile_core.builtin.linear_force_model import FEATURES, LinearForceModel, fitted_linear_model
+from tactile_core.builtin.force_linear import (
+    FEATURES,
+    UNKNOWN,
+    LinearForce,
+    LinearForceModel,
+    fitted_linear_model,
+)
 from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import write_npz

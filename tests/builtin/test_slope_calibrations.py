@@ -25,7 +25,7 @@ from tactile_core.builtin.lookup_table import (
 from tactile_core.builtin.mlp import AutomaticCalibrator, Ensemble, Mlp, MlpCalibrator, MlpOptions
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibrator, Press
 from tactile_core.quantities import Frame, Reference
 
 Model = Polynomial | Mlp | LookupTable

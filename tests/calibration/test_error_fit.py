@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.score import HeldOutSurface, fitted_errors
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame
 
 SHAPE, SCALE_MM = (60, 80), 0.1

@@ -18,7 +18,7 @@ from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.calibration import press_search
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.scoring import FOLDS
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Reference
 from tactile_sim.optics.rig import render
 

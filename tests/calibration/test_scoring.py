@@ -11,7 +11,7 @@ from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Gradients, Reference
 
 tilt = st.floats(-80, 80)

@@ -12,7 +12,7 @@ from support.command_line import refused, tactile
 from support.virtual_lab import PROFILE, VirtualLab
 
 from tactile_core.algorithms.sphere import BallPress
-from tactile_core.builtin.linear_force_model import LinearForceModel
+from tactile_core.builtin.force_linear import LinearForceModel
 from tactile_core.bundles.bundle import Bundle
 
 DEPTHS_MM = (0.0, 0.2, 0.4, 0.6, 0.8)

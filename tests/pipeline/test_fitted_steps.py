@@ -11,7 +11,7 @@ import pytest
 from support.virtual_lab import PROFILE, VirtualLab
 
 from tactile_core.algorithms.sphere import BallPress
-from tactile_core.builtin.linear_force_model import FEATURES, LinearForceModel
+from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile

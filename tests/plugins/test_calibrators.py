@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import PluginFault
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.plugins.options import (

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Frame, Reference
 
 CHANNELS = ("red", "green", "blue")

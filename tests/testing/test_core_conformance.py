@@ -16,8 +16,8 @@ from support.onnx_network import written_network
 from support.usb_bus import UsbBus
 from support.usb_light_box import UsbLightBox
 
+from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.builtin.leds.usb_leds import UsbLeds
-from tactile_core.builtin.linear_force_model import FEATURES, LinearForceModel
 from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.virtual_presses import VirtualPress, generic_rig

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from tactile_baxter_fingertip.hue_decoder import HueDecoder, fit_decoder
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibrator, Press
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.slope_models.samples import (
     is_grid,

@@ -14,8 +14,7 @@ from pydantic import BaseModel, Field
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
 from tactile_core.algorithms.press_light import PressLight
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.illumination import Light
 from tactile_core.interfaces.slope_models.model_file import (

@@ -12,7 +12,7 @@ from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import place
 from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import Sampling
-from tactile_core.algorithms.slope_cells import SlopeCells
+from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.quantities import Reference
 from tactile_desktop_six_led.light_field import LEAST_RATIO, LightField
 from tactile_desktop_six_led.lit_lights import LitLights

@@ -13,7 +13,7 @@ from support.gains import MOST, gains
 from support.normals import to_gradient
 
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.plugins.registry import resolve
 from tactile_core.quantities import Frame, Gradients, Reference
 from tactile_desktop_six_led.light_fit import fit_light_field

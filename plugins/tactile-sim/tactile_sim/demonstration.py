@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.illumination import COLOUR
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.workers import Workers, answer_each
@@ -27,8 +27,8 @@ from tactile_core.quantities.fields import Outline, Surface, VectorMap
 from tactile_core.views import html
 from tactile_core.views.maps import Overlay, deviation, relief
 from tactile_core.views.pictures import draw_on_frame
+from tactile_sim.simulation import ball_diameter_mm, press_balls, put_object
 from tactile_sim.stage import VirtualStage
-from tactile_sim.units import ball_diameter_mm, press_balls, put_object
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,12 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
 from tactile_core.algorithms.elasticity import Elastomer
+from tactile_core.algorithms.elasticity.elastic_layer import (
+    POISSON_RATIO,
+    SHEAR_MODULUS_MPA,
+    THICKNESS_MM,
+)
 from tactile_core.algorithms.elasticity.viscoelasticity import Branch, SurfaceGrid
-from tactile_core.algorithms.gel import POISSON_RATIO, SHEAR_MODULUS_MPA, THICKNESS_MM
 from tactile_core.algorithms.sphere import cap
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel

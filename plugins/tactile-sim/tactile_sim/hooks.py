@@ -19,7 +19,7 @@ def tactile_cameras() -> Mapping[str, str]:
 @hookimpl
 def tactile_simulators() -> Mapping[str, str]:
     """Return the simulator of any profile."""
-    return {"virtual": "tactile_sim.units:VirtualUnits"}
+    return {"virtual": "tactile_sim.simulation:VirtualUnits"}
 
 
 @hookimpl

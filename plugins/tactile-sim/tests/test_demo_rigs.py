@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tactile_core.errors import TactileError
-from tactile_core.interfaces.calibrator import Silent
+from tactile_core.interfaces.calibration import Silent
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_sim.demonstration import demonstrate_rigs

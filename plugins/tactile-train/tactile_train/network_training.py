@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.profiles.model import Profile
 from tactile_train.samples import (
     UnitSamples,

@@ -16,7 +16,7 @@ from tactile_core.errors import InputError
 from tactile_core.formats.labels import read_forces
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.formats.text import shorten_repr
-from tactile_core.interfaces.calibrator import Progress
+from tactile_core.interfaces.calibration import Progress
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.profiles.model import Profile
 from tactile_train.virtual_forces import CELL_PX, ForceObject, ForceUnit

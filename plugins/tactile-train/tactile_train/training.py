@@ -12,7 +12,7 @@ from torch import nn
 from torch.nn import functional
 
 from tactile_core.algorithms.arrays.types import Float32, Float64
-from tactile_core.interfaces.calibrator import Progress
+from tactile_core.interfaces.calibration import Progress
 from tactile_train.samples import UnitSamples
 from tactile_train.virtual_forces import CELL_PX, cell_centres_mm
 

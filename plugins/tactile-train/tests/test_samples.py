@@ -9,7 +9,7 @@ import pytest
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import write_png
-from tactile_core.interfaces.calibrator import Silent
+from tactile_core.interfaces.calibration import Silent
 from tactile_core.profiles.loader import load_profile
 from tactile_train.samples import (
     UnitSamples,

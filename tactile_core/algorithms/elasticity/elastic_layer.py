@@ -169,3 +169,8 @@ def _round(part: int, whole: int) -> int:
     from scipy.fft import next_fast_len
 
     return whole if 2 * part >= whole else min(whole, int(next_fast_len(2 * part, real=True)))
+
+
+THICKNESS_MM = 2.0  # [mm] The test sheet of [1]_: 23.4 × 22.6 × 2.0 mm
+SHEAR_MODULUS_MPA = 0.145  # [MPa] Neo-Hookean coefficient of the silicone XP-565 [1]_
+POISSON_RATIO = 0.48  # [ratio] Nearly incompressible, chosen by hand: the papers give none

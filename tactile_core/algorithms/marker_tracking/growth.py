@@ -9,8 +9,13 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
-from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, UNMATCHED, nearest, pair_nearest
+from tactile_core.algorithms.marker_tracking.neighbourhood import (
+    GROWTH,
+    UNMATCHED,
+    Neighbourhood,
+    nearest,
+    pair_nearest,
+)
 
 
 @dataclass(frozen=True, eq=False)

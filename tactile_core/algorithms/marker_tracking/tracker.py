@@ -6,8 +6,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Intp
 from tactile_core.algorithms.marker_tracking.growth import Scene, outrun_pitches
-from tactile_core.algorithms.marker_tracking.neighbourhood import Neighbourhood
-from tactile_core.algorithms.marker_tracking.pairing import GROWTH, UNMATCHED
+from tactile_core.algorithms.marker_tracking.neighbourhood import GROWTH, UNMATCHED, Neighbourhood
 
 # [ratio] Predicted step relative to the last one. Source: 0.35 to 0.7 track virtual strokes alike;
 # without it, 90 instead of 22 of 260,000 places in fast ones are swapped.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Bool, Complex64, Intp
-from tactile_core.algorithms.entropy import displacement_entropy
+from tactile_core.algorithms.displacement.decomposition import displacement_entropy
 from tactile_core.algorithms.slip.plane import displacement_since, positions_mm, since_at
 
 

@@ -7,9 +7,8 @@ from functools import cache, reduce
 import cv2
 import numpy as np
 
-from tactile_core.algorithms.arrays.gradient import steepness
 from tactile_core.algorithms.arrays.regression import quantile
-from tactile_core.algorithms.arrays.shrinking import shrink_image
+from tactile_core.algorithms.arrays.shrinking import shrink_image, steepness
 from tactile_core.algorithms.arrays.types import (
     Array,
     Bool,
@@ -103,7 +102,7 @@ def contact_within_ring(
     Parameters
     ----------
     steep : (h, w) float32
-        :func:`~tactile_core.algorithms.arrays.gradient.steepness` or :func:`light_change`.
+        :func:`~tactile_core.algorithms.arrays.shrinking.steepness` or :func:`light_change`.
     min_steepness : float
         Minimum steepness at the border of any contact.
     steepest : float, optional

@@ -29,7 +29,7 @@ from tactile_core.calibration.force.result import ForceCalibrated, held_out_forc
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import ForceTable, read_forces, read_weights
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.estimator import FittedForce, ForceModel, ForceSamples
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault

@@ -11,7 +11,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibrator import Progress
+from tactile_core.interfaces.calibration import Progress
 from tactile_core.interfaces.estimator import FittedForce
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.opening import open_sensor

@@ -24,7 +24,7 @@ from tactile_core.calibration.press_search import (
 from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import measured_frames
 from tactile_core.errors import CalibrationError, InputError, SequenceError
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibration import Calibrator
 from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference

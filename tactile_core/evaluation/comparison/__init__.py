@@ -17,7 +17,7 @@ from tactile_core.evaluation.comparison.report import Scored as Scored
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
 from tactile_core.formats.npz import arrays_of
 from tactile_core.formats.yaml_tree import mapping_of
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import images_per_observation

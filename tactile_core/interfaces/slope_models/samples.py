@@ -11,14 +11,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tactile_core.algorithms.colour_table import Axis, ColourTable, bake
-from tactile_core.algorithms.normals import to_normal_xy
+from tactile_core.algorithms.photometric import to_normal_xy
 from tactile_core.algorithms.press_light import PressLight, steep_share
 from tactile_core.algorithms.sampling import Sampling
 from tactile_core.algorithms.slope_field import Sampler, SlopeField
 from tactile_core.algorithms.slope_grid import Model
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces import device
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.quantities import Float32, Frame, Reference
 
 

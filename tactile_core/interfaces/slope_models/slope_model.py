@@ -16,8 +16,8 @@ from tactile_core.algorithms.drift import LEVELS
 from tactile_core.algorithms.photometric import bare_mask
 from tactile_core.algorithms.press_light import PressLight
 from tactile_core.algorithms.sampling import two_within
-from tactile_core.algorithms.slope_cells import SlopeCells
 from tactile_core.algorithms.slope_field import SlopeField
+from tactile_core.algorithms.slope_grid import SlopeCells
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.slope_models.model_file import (

@@ -12,7 +12,7 @@ from typing import Any
 from tactile_core.errors import InputError, TactileError
 from tactile_core.formats.files import remove_leftovers
 from tactile_core.formats.folders import make_folder
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.pipeline.batch.plan import Step, check_folders, in_processes, plan_jobs
 from tactile_core.pipeline.batch.recording_job import (
     MeasuredRecording,

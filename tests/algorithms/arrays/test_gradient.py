@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.gradient import gradient, steepness
+from tactile_core.algorithms.arrays.shrinking import gradient, steepness
 
 INNER = np.s_[1:-1, 1:-1]
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.slip.friction import FrictionRecord, friction_ratio, slip_margin
+from tactile_core.algorithms.slip.state import FrictionRecord, friction_ratio, slip_margin
 
 newtons = st.floats(0.1, 20)
 

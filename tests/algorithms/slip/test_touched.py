@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.arrays.gradient import steepness
+from tactile_core.algorithms.arrays.shrinking import steepness
 from tactile_core.algorithms.slip.touched import (
     contact_from_motion,
     contact_within_ring,

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from pydantic import model_validator
 
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibration import Calibration, Calibrator
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.interfaces.calibrator import Press
+from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.slope_models.samples import baked
 from tactile_core.quantities import Float32, Frame, Reference
 

@@ -14,7 +14,7 @@ import numpy as np
 from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.errors import TactileError
 from tactile_core.evaluation.own_resources import one_thread, peak_memory_mib
-from tactile_core.interfaces.calibrator import Progress, Silent
+from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.pipeline.workers import WorkerProcess, available_cores
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.profiles.model import Profile

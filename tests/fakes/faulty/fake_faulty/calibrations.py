@@ -10,8 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator
+from tactile_core.interfaces.calibration import Calibration, Calibrator
 from tactile_core.quantities import Frame, Gradients, HeightMap
 
 

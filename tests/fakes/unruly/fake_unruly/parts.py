@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import BaseModel, field_validator
 
 from fake_unruly.deeds import do
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.calibrator import Calibrator, Press
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.photometric import planes_to_gradient
-from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.light.photometric import planes_to_gradient
+from tactile_core.algorithms.slopes.sampling import Sampling
 from tactile_core.interfaces.calibration import Calibration, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.options import calibrator_of

@@ -23,9 +23,9 @@ from tactile_core.algorithms.circles import PressImage, Start, find_circles
 from tactile_core.algorithms.contact import _parts
 from tactile_core.algorithms.displacement import decompose_field
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
-from tactile_core.algorithms.marker_tracking.neighbourhood import pair_nearest
 from tactile_core.algorithms.markers.detection import find_spots, measure_spots
-from tactile_core.algorithms.sampling import Sampling, two_within
+from tactile_core.algorithms.markers.neighbourhood import pair_nearest
+from tactile_core.algorithms.slopes.sampling import Sampling, two_within
 
 Array = NDArray[Any]
 Row = tuple[str, Callable[[], Any], Callable[[], Any]]

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core import load_profile
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_core.profiles.model import Profile
 from tactile_sim.contact_step import ContactModel, Precision
 from tactile_sim.gel_surface import GelSurface

@@ -13,9 +13,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from tactile_core.algorithms.circles import Circle
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.gel import LightBuild

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from experiments.press_sets import HERE, SETS
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import CalibrationError
 from tactile_core.profiles.loader import load_profile

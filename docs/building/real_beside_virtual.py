@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from diagrams import Curve, Panel, write_sheet
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.formats.target import read_target
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

@@ -40,103 +40,46 @@ FURTHER = {
 """Names on these pages that are promised under their own module."""
 
 ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "photometric-stereo": ("Photometric stereo", "From intensities to surface normals.", ()),
     "light": (
-        "Light and undeformed surface",
-        "The reference, the drift of the lights, and the pixels that can be measured.",
-        (
-            "appearance",
-            "photometric",
-            "normals",
-            "drift",
-            "light_change",
-            "press_light",
-            "sequence",
-            "sampling",
-        ),
+        "Light",
+        "The reference, the drift of the lights, and whether an image shows the gel.",
+        ("light", "sequence"),
     ),
+    "slopes": ("Slopes", "From intensities to surface slopes.", ("slopes",)),
     "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),
     "contact": (
         "Contact and surface shape",
         "The contact area, and the undeformed surface that heights refer to.",
-        ("contact", "sphere", "levelling", "gel"),
+        ("contact", "heights"),
     ),
     "circles": (
         "Ball contacts",
         "Where a ball touched, found from shading alone, for calibration.",
-        (
-            "circles.circle",
-            "circles.finder",
-            "circles.grid",
-            "circles.press",
-            "circles.light",
-            "circles.start",
-        ),
+        ("circles",),
     ),
-    "circle-fit": (
-        "Fit of a ball contact",
-        "Centre and radius of one contact, and their uncertainty.",
-        ("circles.press_fit",),
-    ),
-    "markers": ("Marker detection", "Centres and masks of printed markers.", ("markers",)),
-    "marker-tracking": (
-        "Marker tracking",
-        "The same marker from frame to frame, however far it moved.",
-        ("marker_tracking",),
+    "markers": (
+        "Markers",
+        "Centres and masks of printed markers, and the same marker from frame to frame.",
+        ("markers",),
     ),
     "displacement": (
         "Displacement fields",
         "A dense displacement field from markers or from optical flow.",
         ("displacement",),
     ),
-    "force-fit": (
-        "Fitted force",
-        "Forces fitted to features of readings, and the faults of a load cell.",
-        ("force_fit",),
-    ),
-    "elasticity": (
-        "Elasticity",
-        "An elastic layer on a rigid plate: from loads to displacements, and back.",
-        ("elasticity",),
+    "force": (
+        "Force",
+        "An elastic layer on a rigid plate, and forces fitted to features of readings.",
+        ("force",),
     ),
     "slip": (
         "Slip",
-        "Stick, incipient slip and gross slip, from the displacement field and all other evidence.",
-        (
-            "slip.touched",
-            "slip.state",
-            "slip.friction",
-        ),
+        "Stick, incipient slip and gross slip: shear, imprint, loss of contact, friction.",
+        ("slip",),
     ),
-    "slip-shear": (
-        "Shear of a contact",
-        "The motion of a contact in the displacement field, and the share of it that sticks.",
-        (
-            "slip.plane",
-            "slip.shear_field",
-            "entropy",
-        ),
-    ),
-    "slip-imprint": (
-        "Imprint and loss of contact",
-        "Slip from the imprint of the object and from the loss of contact.",
-        (
-            "slip.imprint",
-            "slip.imprint_tracker",
-            "slip.marker_lattice",
-            "slip.contact_loss",
-        ),
-    ),
-    "arrays": (
-        "Array helpers",
-        "Filters, regression, sampling, and images as the input of networks.",
-        ("arrays", "network"),
-    ),
+    "arrays": ("Array helpers", "Filters, regression and sampling.", ("arrays",)),
 }
-"""Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages.
-
-The page without any has all modules that are on no other page.
-"""
+"""Pages of ``tactile_core.algorithms``: title, purpose, and modules or packages."""
 
 MODELS = {
     "six-led-model": (
@@ -240,13 +183,10 @@ def _links(listed: dict[str, tuple[str, str, tuple[str, ...]]]) -> list[str]:
 
 
 def _algorithms() -> dict[str, tuple[str, str, tuple[str, ...]]]:
-    """Return the pages of the algorithms with full names; each module is on one page."""
+    """Return the pages of the algorithms with full names."""
     package = f"{source.PACKAGE}.algorithms"
-    taken = {name for _, _, names in ALGORITHMS.values() for name in names}
-    modules = [module.removeprefix(f"{package}.") for module in source.modules_below(package)[1:]]
-    rest = [module for module in modules if module not in taken]
     return {
-        page: (title, purpose, tuple(f"{package}.{name}" for name in names or rest))
+        page: (title, purpose, tuple(f"{package}.{name}" for name in names))
         for page, (title, purpose, names) in ALGORITHMS.items()
     }
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.algorithms.drift import LEVELS
+from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.errors import InputError
 from tactile_core.interfaces.illumination import Exposure, Illumination, Light
 from tactile_core.interfaces.image import ImageSection

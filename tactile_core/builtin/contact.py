@@ -11,10 +11,10 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.displacement import MarkedSurface
-from tactile_core.algorithms.elasticity.elastic_layer import POISSON_RATIO, THICKNESS_MM
-from tactile_core.algorithms.light_change import change_in_detail
-from tactile_core.algorithms.marker_tracking import MarkerTracker, shows_contact
-from tactile_core.algorithms.marker_tracking.neighbourhood import GROWTH
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS_MM
+from tactile_core.algorithms.light.light_change import change_in_detail
+from tactile_core.algorithms.markers import MarkerTracker, shows_contact
+from tactile_core.algorithms.markers.neighbourhood import GROWTH
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
@@ -198,7 +198,7 @@ class MarkerTracking(Estimator):
     """Track the markers of the reference from frame to frame.
 
     A marker that is missing is not ``seen``; its position is inferred from its neighbours. See
-    :class:`tactile_core.algorithms.marker_tracking.MarkerTracker`. Markers that the border of the
+    :class:`tactile_core.algorithms.markers.MarkerTracker`. Markers that the border of the
     reference truncates are tracked, because they help to identify the others, but not reported.
     """
 

@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import POISSON_RATIO
-from tactile_core.algorithms.elasticity.layer_fit import LayerFit, load_variance
-from tactile_core.algorithms.elasticity.surface_loads import Deformation, Shares
-from tactile_core.algorithms.elasticity.viscoelasticity import Branch, Memory, SurfaceGrid, TimeStep
+from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO
+from tactile_core.algorithms.force.layer_fit import LayerFit, load_variance
+from tactile_core.algorithms.force.surface_loads import Deformation, Shares
+from tactile_core.algorithms.force.viscoelasticity import Branch, Memory, SurfaceGrid, TimeStep
 from tactile_core.errors import InputError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import Estimator, SensorContext

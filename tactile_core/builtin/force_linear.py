@@ -12,8 +12,8 @@ from pydantic import BaseModel
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp
-from tactile_core.algorithms.force_fit.cell_axes import fitted_error
-from tactile_core.algorithms.force_fit.clock_offset import fitted_ridge
+from tactile_core.algorithms.force.cell_axes import fitted_error
+from tactile_core.algorithms.force.clock_offset import fitted_ridge
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.estimator import (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
-from tactile_core.algorithms.colour_table import (
+from tactile_core.algorithms.slopes.colour_table import (
     TABLE,
     Axis,
     ColourTable,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit
-from tactile_core.algorithms.network import Networks, train
+from tactile_core.algorithms.slopes.network import Networks, train
 from tactile_core.builtin.lookup_table import PolynomialCalibrator, PolynomialOptions, fit_curve
 from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.slope_models.model_file import Arrays

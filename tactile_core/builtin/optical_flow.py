@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.types import Bool, Complex64
 from tactile_core.algorithms.displacement import flow
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.plane import coarse_field, pick_pixels, stride_of
 from tactile_core.algorithms.slip.shear_field import (

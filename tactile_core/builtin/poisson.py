@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells, refine_cells
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
-from tactile_core.algorithms.levelling import set_to_rest
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.heights.levelling import set_to_rest
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.algorithms.poisson.integration import between_cells, height_std
-from tactile_core.algorithms.slope_grid import SlopeCells
+from tactile_core.algorithms.slopes.slope_grid import SlopeCells
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.for_reference import ForReference
@@ -48,10 +48,10 @@ class Poisson(Estimator):
     the height of the reference is 0. With "neumann" the height has a free constant, set by the
     surface out of contact. A tilt of the whole map below ``drift_slope`` counts as illumination
     drift and is removed, too, since no press tilts the surface far from it; for the exceptions see
-    :func:`tactile_core.algorithms.levelling.fit_rest_plane`. With ``levelled``, other smooth errors
-    are estimated where the surface is undeformed, and subtracted; see
-    :func:`tactile_core.algorithms.levelling.estimate_error`. With "dirichlet" the height is 0 at
-    the border of the image, and nothing is shifted.
+    :func:`tactile_core.algorithms.heights.levelling.fit_rest_plane`. With ``levelled``, other
+    smooth errors are estimated where the surface is undeformed, and subtracted; see
+    :func:`tactile_core.algorithms.heights.levelling.estimate_error`. With "dirichlet" the height is
+    0 at the border of the image, and nothing is shifted.
 
     References
     ----------

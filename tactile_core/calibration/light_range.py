@@ -9,8 +9,8 @@ import numpy as np
 
 from tactile_core.acquisition.assembly import lights_of
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.drift import LEVELS
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.bundles.manifest import LightRange, Pairs
 from tactile_core.calibration.presses import PRESS, FoundPress
 from tactile_core.calibration.target_surface import TargetSurface

@@ -18,8 +18,8 @@ from tactile_core.algorithms.circles import (
     locate,
     working_scale,
 )
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
-from tactile_core.algorithms.sphere import flat_equivalent
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.presses import NOT_THIS_GEL, FoundPress
 from tactile_core.conditioning.gel_check import GelCheck

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
-from tactile_core.algorithms.photometric import smooth_background
-from tactile_core.algorithms.sphere import flat_equivalent
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.heights.sphere import flat_equivalent
+from tactile_core.algorithms.light.photometric import smooth_background
 from tactile_core.calibration.light_range import undeformed_press, undeformed_sample
 from tactile_core.calibration.press_search import press_image
 from tactile_core.calibration.presses import FoundPress

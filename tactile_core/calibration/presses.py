@@ -9,8 +9,8 @@ import numpy as np
 
 from tactile_core.algorithms.circles import DIFFERS, Circle, Start
 from tactile_core.algorithms.contact import rim_share
-from tactile_core.algorithms.elasticity.elastic_layer import THICKNESS_MM
-from tactile_core.algorithms.sphere import cap, fit_sphere, rest_height
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.heights.sphere import cap, fit_sphere, rest_height
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Press

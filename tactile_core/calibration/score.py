@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tactile_core.algorithms.arrays.regression import ONE_SIGMA
-from tactile_core.algorithms.levelling import set_to_rest
+from tactile_core.algorithms.heights.levelling import set_to_rest
 from tactile_core.algorithms.poisson.integration import height_std
-from tactile_core.algorithms.slope_field import error_table, slope_std
+from tactile_core.algorithms.slopes.slope_field import error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.slope_errors import SlopeErrors

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.slopes.sampling import Sampling
 from tactile_core.errors import InputError
 from tactile_core.formats.tmd import Tmd, read_tmd
 from tactile_core.interfaces.calibration import Press

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.algorithms.photometric import smooth_background
+from tactile_core.algorithms.light.photometric import smooth_background
 from tactile_core.calibration.crew import ALONE, Crew
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of, undeformed_press
 from tactile_core.calibration.press_search import (

@@ -1,4 +1,4 @@
-"""``tactile record``, ``recover`` and ``convert``: recordings, made, mended and copied."""
+"""``tactile record``, ``recover`` and ``convert``: recordings, made, rescued and copied."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import UInt8
-from tactile_core.algorithms.drift import ReferenceLevels, divide_by_gains
+from tactile_core.algorithms.light.drift import ReferenceLevels, divide_by_gains
 from tactile_core.algorithms.markers import (
     Tone,
     contrast_of,
@@ -133,7 +133,7 @@ class DriftCompensator:
     """Scales frames to the illumination of one reference.
 
     It keeps nothing from earlier frames, so a contact that is held for long is not absorbed; see
-    :class:`~tactile_core.algorithms.drift.ReferenceLevels`.
+    :class:`~tactile_core.algorithms.light.drift.ReferenceLevels`.
 
     Parameters
     ----------

@@ -7,15 +7,15 @@ from functools import cached_property
 
 import numpy as np
 
-from tactile_core.algorithms.appearance import (
+from tactile_core.algorithms.arrays.types import Array, Bool
+from tactile_core.algorithms.light.appearance import (
     FEWEST_CELLS,
     Appearance,
     agreement,
     fit_smooth_field,
     polynomial,
 )
-from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.drift import DRIFT
+from tactile_core.algorithms.light.drift import DRIFT
 from tactile_core.bundles.manifest import LightRange
 from tactile_core.quantities import Frame, Reference, ShownGel
 from tactile_core.quantities.observation import Cause

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import BaseModel
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.sphere import rest_height
+from tactile_core.algorithms.heights.sphere import rest_height
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel

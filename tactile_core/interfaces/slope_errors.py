@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.algorithms.slope_field import slope_std
+from tactile_core.algorithms.slopes.slope_field import slope_std
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact

@@ -174,6 +174,10 @@ def convert(
     return Converted(out, writer or "recording", count, notes)
 
 
+# Sinks of other distributions of this project that write one file or folder for a session.
+_WRITTEN_BY = {".lerobot": "lerobot.dataset", ".rosbag": "rosbag.bag"}
+
+
 def session_sinks() -> Iterator[tuple[str, type[Sink]]]:
     """Yield name and class of the installed sinks that write one file or folder for a session."""
     for plugin in list_plugins():
@@ -189,7 +193,10 @@ def _sink_for(out: Path) -> str:
     endings: dict[str, str] = {}
     for name, kind in session_sinks():
         endings.setdefault(kind.session_ending, name)
-    found = endings.get(out.suffix.lower())
+    ending = out.suffix.lower()
+    found = endings.get(ending)
+    if found is None and ending in _WRITTEN_BY:
+        resolve("sink", _WRITTEN_BY[ending])  # its error names the pip command
     if found is None:
         known = ", ".join([".mcap", ".h5", *endings])
         raise InputError(

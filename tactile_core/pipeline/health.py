@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tactile_core.algorithms.drift import DRIFT
+from tactile_core.algorithms.light.drift import DRIFT
 from tactile_core.formats.text import plain
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.sink import Reading

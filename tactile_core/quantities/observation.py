@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Bool, Float32
-from tactile_core.algorithms.drift import LEVELS
+from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.quantities.fields import FieldSpec, TimestampS
 from tactile_core.quantities.quantity import Quantity
 

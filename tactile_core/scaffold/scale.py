@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry, Size
-from tactile_core.algorithms.grid_pitch import measure_pitch
+from tactile_core.algorithms.markers.grid_pitch import measure_pitch
 from tactile_core.algorithms.sequence import imprint_distance
 from tactile_core.errors import InputError
 from tactile_core.formats.target import read_target

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactile_core.acquisition.geometry import Size
-from tactile_core.algorithms.light_change import lit_area
+from tactile_core.algorithms.light.light_change import lit_area
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.formats.scan import Crop

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import PluginError, TactileError
 from tactile_core.interfaces.calibration import Press

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactile_core import load_profile
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.errors import InputError
 from tactile_sim.gel_surface import GelSurface
 from tactile_sim.indenters import make_indenter

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.contact import Contact
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

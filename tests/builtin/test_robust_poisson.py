@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson, RobustPoisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

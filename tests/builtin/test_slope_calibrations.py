@@ -11,8 +11,8 @@ from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles import Circle
-from tactile_core.algorithms.network import train
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
+from tactile_core.algorithms.slopes.network import train
 from tactile_core.builtin.lookup_table import (
     LookupTable,
     LookupTableCalibrator,

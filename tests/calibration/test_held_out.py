@@ -13,7 +13,7 @@ import pytest
 from support.height_lab import HEIGHT, HeightLab, make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.lookup_table import Polynomial, PolynomialCalibrator
 from tactile_core.calibration import press_search
 from tactile_core.calibration.fitting import calibrate

@@ -17,7 +17,7 @@ from support.height_lab import (
     make_height_lab,
 )
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 
 BALL_MM = 3.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated

@@ -11,7 +11,7 @@ import pytest
 from support.command_line import refused, tactile
 from support.virtual_lab import PROFILE, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.force_linear import LinearForceModel
 from tactile_core.bundles.bundle import Bundle
 

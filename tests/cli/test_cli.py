@@ -8,7 +8,7 @@ import pytest
 from support.command_line import refused, tactile
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ import pytest
 from support import command_line
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 
 LIMIT_BYTES = 60_000

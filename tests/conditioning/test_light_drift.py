@@ -7,7 +7,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import ContactMask, Frame, HeightMap, Pipeline
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 
 PRESS = BallPress((70.0, 62.0), BALL_MM, 0.8)
 

@@ -16,7 +16,7 @@ from support.command_line import tactile
 from support.dist_info import write_dist_info
 from support.virtual_lab import VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.formats.images import read_image
 from tactile_core.formats.npz import arrays_of, read_npz, read_quantities, write_npz
 from tactile_core.pipeline.pipeline import Pipeline

@@ -18,7 +18,7 @@ from support.dist_info import write_dist_info
 from support.height_lab import make_height_lab
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.profiles.loader import load_profile
 from tactile_sim.optics.rig import render

@@ -9,7 +9,7 @@ import pytest
 from support.followed import ROOT, Reader
 from support.virtual_lab import VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile

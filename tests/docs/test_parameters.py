@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ("algorithms", "calibration", "sim")
-MODULES = sorted(path for room in ROOMS for path in (ROOT / "tactile_core" / room).rglob("*.py"))
+ROOMS = ("tactile_core/algorithms", "tactile_core/calibration", "plugins/tactile-sim/tactile_sim")
+MODULES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
 GROUPS = sorted(
     path
     for folder in ("tactile_core", "plugins")

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.formats.tmd import write_tmd
 from tactile_core.pipeline.conversion import convert, keep_recording

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.virtual_lab import PROFILE, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.pipeline.pipeline import Pipeline

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health import GelHealth
 from tactile_core.pipeline.pipeline import Pipeline

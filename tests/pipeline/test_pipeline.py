@@ -21,7 +21,7 @@ from tactile_core import (
     Reading,
     Reference,
 )
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.estimator import External, SensorContext

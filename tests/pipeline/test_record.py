@@ -25,7 +25,7 @@ from support.virtual_lab import BALL_MM, VirtualLab
 from support.watching import until
 
 from tactile_core import open_sensor
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import InputError

@@ -11,7 +11,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError

@@ -9,7 +9,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import Frame, HeightMap, Pipeline
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.errors import InputError
 from tactile_core.pipeline.workers import shared_out
 

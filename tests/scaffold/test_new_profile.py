@@ -11,7 +11,7 @@ import pytest
 from scaffold.pictures import photograph, sensor
 
 from experiments.measured_scale import grid
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.errors import InputError, ProfileError
 from tactile_core.interfaces.gel import Markers
 from tactile_core.profiles.loader import load_profile

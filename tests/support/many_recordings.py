@@ -7,7 +7,7 @@ from pathlib import Path
 
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 
 
 def many_recordings(

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

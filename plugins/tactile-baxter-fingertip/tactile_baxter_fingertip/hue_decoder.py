@@ -115,8 +115,8 @@ def fit_decoder(
     HueDecoder
     tilt : (2, 6) float32
         Apparent tilt of the gel under a press; see
-        :class:`~tactile_core.algorithms.press_light.PressLight`. Samples without a slope are not
-        under a press.
+        :class:`~tactile_core.algorithms.slopes.press_light.PressLight`. Samples without a slope are
+        not under a press.
     """
     normalisation = _fit_normalisation(features, normal_xy)
     # Turn the axes so that, to first order, hue is yaw and saturation the sine of the pitch.

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.loader import load_profile
 from tactile_sim.optics.rig import render

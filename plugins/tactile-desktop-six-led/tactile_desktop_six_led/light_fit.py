@@ -47,8 +47,8 @@ def fit_light_field(
     LightField
     tilt : (2, 6) float32
         Apparent tilt of the gel under a press; see
-        :class:`~tactile_core.algorithms.press_light.PressLight`. Samples without a slope are not
-        under a press.
+        :class:`~tactile_core.algorithms.slopes.press_light.PressLight`. Samples without a slope are
+        not under a press.
 
     References
     ----------

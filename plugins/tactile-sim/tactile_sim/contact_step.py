@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.response import Response
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid, TimeStep
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.response import Response
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid, TimeStep
 from tactile_sim.contact_state import Move, Pose, SurfaceState
 from tactile_sim.friction import Grip, solve_friction
 from tactile_sim.gel import SoftGel

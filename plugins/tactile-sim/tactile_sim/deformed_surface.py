@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.contact_state import SurfaceState
 from tactile_sim.contact_step import ContactModel
 from tactile_sim.gel import BallImprint

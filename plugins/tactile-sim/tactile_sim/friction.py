@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.elasticity.response import Response
+from tactile_core.algorithms.force.response import Response
 
 # [ratio] Over-relaxation α of the alternating direction method of multipliers: Boyd et al. 2011,
 # section 3.4.3, recommend 1.5 to 1.8; chosen in this range by hand

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import (
+from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import (
     POISSON_RATIO,
     SHEAR_MODULUS_MPA,
     THICKNESS_MM,
 )
-from tactile_core.algorithms.elasticity.viscoelasticity import Branch, SurfaceGrid
-from tactile_core.algorithms.sphere import cap
+from tactile_core.algorithms.force.viscoelasticity import Branch, SurfaceGrid
+from tactile_core.algorithms.heights.sphere import cap
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel
 from tactile_sim.contact_state import SurfaceState

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_sim.contact_state import Move, Pose, SurfaceState

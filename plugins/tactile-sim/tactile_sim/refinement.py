@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.contact_state import Move
 from tactile_sim.contact_step import ContactModel, Precision
 from tactile_sim.gel import SoftGel

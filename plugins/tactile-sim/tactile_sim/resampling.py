@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.normal_contact import Window
 from tactile_sim.refinement import BandedMatrix
 

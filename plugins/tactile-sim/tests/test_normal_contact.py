@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.normal_contact import NormalContact, solve_normal
 
 THICKNESS_MM, MODULUS_MPA, NU = 2.0, 0.145, 0.48

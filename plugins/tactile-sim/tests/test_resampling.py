@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.resampling import ImageSampler
 
 GRID = SurfaceGrid(96, 64, 0.2)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.elasticity import Elastomer
-from tactile_core.algorithms.elasticity.elastic_layer import ElasticLayer
-from tactile_core.algorithms.elasticity.viscoelasticity import SurfaceGrid
+from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.contact_state import Move, Pose, SurfaceState
 from tactile_sim.contact_step import ContactModel, Precision
 from tactile_sim.gel import SoftGel

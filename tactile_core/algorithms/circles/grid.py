@@ -13,8 +13,8 @@ from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.press import PressImage, disc
 from tactile_core.algorithms.circles.press_fit import PRESS_FIT
-from tactile_core.algorithms.photometric import place, relative_change
-from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.light.photometric import place, relative_change
+from tactile_core.algorithms.slopes.sampling import Sampling
 
 
 @dataclass(frozen=True, eq=False)

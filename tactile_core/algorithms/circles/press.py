@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.regression import sigma_of
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64
-from tactile_core.algorithms.drift import LEVELS
+from tactile_core.algorithms.light.drift import LEVELS
 
 _BLUR_PX = 0.7  # [working px] Standard deviation of the smoothing
 # [logarithm of the intensity] Error of the light model; a pixel whose noise is larger counts

@@ -1,4 +1,4 @@
-"""Printed markers in one frame: contrast, mask, centroids, and the geometry of the lattice."""
+"""Printed markers: contrast, mask, centroids, the lattice, and identities that are kept."""
 
 from tactile_core.algorithms.markers.contrast import (
     Tone,
@@ -15,9 +15,12 @@ from tactile_core.algorithms.markers.count import (
     too_few,
 )
 from tactile_core.algorithms.markers.detection import find_markers
+from tactile_core.algorithms.markers.neighbourhood import shows_contact
+from tactile_core.algorithms.markers.tracker import MarkerTracker
 
 __all__ = [
     "Lattice",
+    "MarkerTracker",
     "Tone",
     "contrast_of",
     "expected_count",
@@ -27,5 +30,6 @@ __all__ = [
     "marker_mask",
     "mask_of",
     "reduction",
+    "shows_contact",
     "too_few",
 ]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Bool, Float64, Intp, pitch
-from tactile_core.algorithms.marker_tracking.neighbourhood import nearest
+from tactile_core.algorithms.markers.neighbourhood import nearest
 
 
 class MARKER_LATTICE:

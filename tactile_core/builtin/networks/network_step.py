@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
-from tactile_core.algorithms.network import normalise_planes, shrunk_planes, tensor
+from tactile_core.algorithms.slopes.network import normalise_planes, shrunk_planes, tensor
 from tactile_core.builtin.networks.manifest import (
     WRENCH,
     LoadedNetwork,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.force_fit.cell_axes import (
+from tactile_core.algorithms.force.cell_axes import (
     CellRotation,
     ToolOffset,
     about_centre,

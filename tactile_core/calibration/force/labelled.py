@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.force_fit.cell_axes import (
+from tactile_core.algorithms.force.cell_axes import (
     at_rest,
     is_clipped,
     rest_offset,
     runs_between_rests,
 )
-from tactile_core.algorithms.force_fit.clock_offset import ClockOffset, clock_offset
+from tactile_core.algorithms.force.clock_offset import ClockOffset, clock_offset
 from tactile_core.calibration.force.recorded_features import RecordedFeatures
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.labels import ForceTable

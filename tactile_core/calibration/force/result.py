@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.force_fit.cell_axes import CellRotation, ToolOffset
-from tactile_core.algorithms.force_fit.clock_offset import ClockOffset
+from tactile_core.algorithms.force.cell_axes import CellRotation, ToolOffset
+from tactile_core.algorithms.force.clock_offset import ClockOffset
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.estimator import COMPONENTS, ForceModel, ForceSamples

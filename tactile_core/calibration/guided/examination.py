@@ -12,7 +12,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles import Circle, Start, find_circles, working_scale
-from tactile_core.algorithms.sphere import flat_equivalent
+from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of
 from tactile_core.calibration.press_search import (

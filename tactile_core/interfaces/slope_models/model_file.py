@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.colour_table import Axis, ColourTable
+from tactile_core.algorithms.slopes.colour_table import Axis, ColourTable
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz
 from tactile_core.interfaces.slope_models.samples import ImageShape

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image
-from tactile_core.algorithms.drift import channel_gains
-from tactile_core.algorithms.sampling import Sampling
+from tactile_core.algorithms.light.drift import channel_gains
+from tactile_core.algorithms.slopes.sampling import Sampling
 
 sides = st.integers(1, 8)
 SIZES = st.tuples(st.integers(1, 30), st.integers(1, 24))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tactile_core.acquisition.acquisition import average
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.guided.background import UndeformedCells
 from tactile_core.calibration.guided.touch import TOUCH, Still, Touches
 from tactile_core.profiles.model import Profile

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.errors import InputError, PluginError, ProfileError
 from tactile_core.evaluation.comparison import Comparison, compare, parse_swap, variants_of

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Float32
-from tactile_core.algorithms.sphere import rest_height
+from tactile_core.algorithms.heights.sphere import rest_height
 from tactile_core.interfaces.component import SensorBuild
 from tactile_sim.optics.faults import Faults
 from tactile_sim.optics.markers import MarkerPrint

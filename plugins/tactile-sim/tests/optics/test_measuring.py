@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tactile_core.acquisition.acquisition import average
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.algorithms.poisson import integrate
-from tactile_core.algorithms.sphere import BallPress
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.interfaces.calibration import Press

@@ -6,7 +6,7 @@ import pytest
 from support.virtual_rigs import HEIGHT, QUIET, SHAPE, WIDTH, bump, level, rig, shift, slope
 
 import sensor_profiles
-from tactile_core.algorithms.sphere import BallPress
+from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.errors import InputError
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.profiles.loader import load_profile

@@ -1,1 +1,0 @@
-"""Regression of measured forces on features of readings, and the checks of what was measured."""

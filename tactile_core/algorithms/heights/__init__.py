@@ -1,0 +1,1 @@
+"""Heights: levelled by the undeformed surface, and compared with balls and domes."""

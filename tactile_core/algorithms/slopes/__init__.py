@@ -1,0 +1,1 @@
+"""Slopes from intensities: samples, features, models on a grid, networks, tables."""

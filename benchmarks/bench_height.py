@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.contact import contact_mask
 from tactile_core.algorithms.heights.levelling import set_to_rest
-from tactile_core.algorithms.markers import contrast_of, find_markers, marker_mask
+from tactile_core.algorithms.markers.contrast import contrast_of, marker_mask
+from tactile_core.algorithms.markers.detection import find_markers
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.algorithms.poisson.integration import Boundary, solve_poisson
 

@@ -19,9 +19,11 @@ from scipy.spatial import KDTree
 from skimage import feature, measure, morphology, transform
 
 from tactile_core.algorithms.arrays.regression import fit_polynomial, quantile, scaling, terms
-from tactile_core.algorithms.circles import PressImage, Start, find_circles
+from tactile_core.algorithms.circles.finder import find_circles
+from tactile_core.algorithms.circles.press import PressImage
+from tactile_core.algorithms.circles.start import Start
 from tactile_core.algorithms.contact import _parts
-from tactile_core.algorithms.displacement import decompose_field
+from tactile_core.algorithms.displacement.decomposition import decompose_field
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
 from tactile_core.algorithms.markers.detection import find_spots, measure_spots
 from tactile_core.algorithms.markers.neighbourhood import pair_nearest

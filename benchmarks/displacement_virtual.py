@@ -22,7 +22,7 @@ from slip_virtual import PROFILE, UNIT, calibrated, drawn, undeformed
 
 from experiments.slip_sequences import Plan
 from tactile_core import Pipeline
-from tactile_core.algorithms.displacement import MarkedSurface
+from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.quantities import ContactMask, DisplacementField, Frame, MarkerField
 from tactile_sim import VirtualStage

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tactile_core.algorithms.markers import find_marker_lattice
+from tactile_core.algorithms.markers.count import find_marker_lattice
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
 from tactile_sim.stage import VirtualStage
 

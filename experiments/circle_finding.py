@@ -15,7 +15,7 @@ from scipy.stats import spearmanr
 
 from experiments.press_sets import SETS, Presses
 from experiments.virtual_presses import KINDS, VirtualUnit
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.calibration.press_search import find_presses, light_of, refound, relocate_press
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.targets import undeformed_sensor

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from tactile_core import MarkerField, Reading, open_sensor
-from tactile_core.algorithms.markers import MarkerTracker
+from tactile_core.algorithms.markers.tracker import MarkerTracker
 
 Array = NDArray[Any]
 

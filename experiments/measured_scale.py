@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.light.sequence import imprint_distance
 from tactile_core.algorithms.markers.grid_pitch import measure_pitch
-from tactile_core.algorithms.sequence import imprint_distance
 from tactile_sim.stage import VirtualStage
 
 Image = NDArray[np.generic]

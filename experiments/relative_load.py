@@ -18,8 +18,7 @@ import numpy as np
 
 from experiments.virtual_unit import unit_overrides
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, SHEAR_MODULUS_MPA
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, SHEAR_MODULUS_MPA, Elastomer
 from tactile_core.algorithms.light.light_change import LIGHT_CHANGE, change_in_detail
 from tactile_core.builtin.contact import THICKNESS_SHARE
 from tactile_core.errors import InputError

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers import MarkerTracker
 from tactile_core.algorithms.markers.neighbourhood import nearest
+from tactile_core.algorithms.markers.tracker import MarkerTracker
 from tactile_sim import VirtualStage
 
 Array = NDArray[Any]

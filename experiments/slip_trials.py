@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from tactile_core import SlipState, open_sensor
-from tactile_core.algorithms.markers import find_marker_lattice, marker_mask
+from tactile_core.algorithms.markers.contrast import marker_mask
+from tactile_core.algorithms.markers.count import find_marker_lattice
 from tactile_core.recordings.recording import open_recording
 
 LIFT_FRAME = 5

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from tactile_core.algorithms.circles import Circle
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.conditioning.conditioning import Conditioning

@@ -43,7 +43,7 @@ ALGORITHMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "light": (
         "Light",
         "The reference, the drift of the lights, and whether an image shows the gel.",
-        ("light", "sequence"),
+        ("light",),
     ),
     "slopes": ("Slopes", "From intensities to surface slopes.", ("slopes",)),
     "poisson": ("Poisson integration", "From surface slopes to height.", ("poisson",)),

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 
 FINE_MM, STEP_MM, REACH_MM, EXTENT_MM = 0.25, 1.0, 9.0, 60.0

@@ -12,8 +12,7 @@ import numpy as np
 from tactile_core.algorithms.arrays.regression import quantile, sigma_of
 from tactile_core.algorithms.arrays.shrinking import repeat_pixels, shrink_image, steepness
 from tactile_core.algorithms.arrays.types import Array, Bool
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, Elastomer
 from tactile_core.errors import InputError
 
 _DETECTION_SIGMAS = 5.0  # [noise sigmas] A contact is deeper and steeper than this somewhere

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from tactile_core.algorithms.contact import contact_mask
-from tactile_core.algorithms.displacement import MarkedSurface
+from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS_MM
 from tactile_core.algorithms.light.light_change import change_in_detail
-from tactile_core.algorithms.markers import MarkerTracker, shows_contact
-from tactile_core.algorithms.markers.neighbourhood import GROWTH
+from tactile_core.algorithms.markers.neighbourhood import GROWTH, shows_contact
+from tactile_core.algorithms.markers.tracker import MarkerTracker
 from tactile_core.conditioning.conditioning import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
@@ -79,7 +79,7 @@ class Displacement(Estimator):
 
     With a known contact area the field bends sharply at its border, as an elastic layer does.
     Without it the bend is spread over the marker pitch. Unseen markers are ignored. The method is
-    :class:`tactile_core.algorithms.displacement.MarkedSurface`.
+    :class:`tactile_core.algorithms.displacement.marked_surface.MarkedSurface`.
     """
 
     needs_markers: ClassVar[bool] = True
@@ -162,8 +162,8 @@ def _join_masks(now: Bool | None, before: Bool | None) -> Bool | None:
 class MarkerDetection(Estimator):
     """Detect dark or bright markers of any compact shape in a single frame.
 
-    The method is :func:`find_markers <tactile_core.algorithms.markers.find_markers>`. Detections
-    have no identity; the tracking step assigns it.
+    The method is :func:`~tactile_core.algorithms.markers.detection.find_markers`. Detections have
+    no identity; the tracking step assigns it.
     """
 
     needs_markers: ClassVar[bool] = True
@@ -198,7 +198,7 @@ class MarkerTracking(Estimator):
     """Track the markers of the reference from frame to frame.
 
     A marker that is missing is not ``seen``; its position is inferred from its neighbours. See
-    :class:`tactile_core.algorithms.markers.MarkerTracker`. Markers that the border of the
+    :class:`tactile_core.algorithms.markers.tracker.MarkerTracker`. Markers that the border of the
     reference truncates are tracked, because they help to identify the others, but not reported.
     """
 

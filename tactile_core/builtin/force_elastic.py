@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.force.layer_fit import LayerFit, load_variance
 from tactile_core.algorithms.force.surface_loads import Deformation, Shares
 from tactile_core.algorithms.force.viscoelasticity import Branch, Memory, SurfaceGrid, TimeStep

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tactile_core.algorithms.markers import find_marker_lattice
+from tactile_core.algorithms.markers.count import find_marker_lattice
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import TargetSurface

@@ -8,16 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_core.algorithms.circles import (
-    Circle,
-    LightModel,
-    PressImage,
-    Start,
-    find_circles,
-    fit_light,
-    locate,
-    working_scale,
-)
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
+from tactile_core.algorithms.circles.light import LightModel
+from tactile_core.algorithms.circles.press import PressImage, working_scale
+from tactile_core.algorithms.circles.start import Start
 from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.crew import ALONE, Crew, Task

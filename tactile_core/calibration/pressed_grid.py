@@ -11,7 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.circles import Circle, GridLight, PressImage, refine_grid
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.grid import GridLight, refine_grid
+from tactile_core.algorithms.circles.press import PressImage
 from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.algorithms.light.photometric import smooth_background

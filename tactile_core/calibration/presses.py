@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_core.algorithms.circles import DIFFERS, Circle, Start
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.start import DIFFERS, Start
 from tactile_core.algorithms.contact import rim_share
 from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.heights.sphere import cap, fit_sphere, rest_height

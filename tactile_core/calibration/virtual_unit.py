@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tactile_core.acquisition.acquisition import average
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle, names_of
 from tactile_core.bundles.manifest import LIGHT, Manifest

@@ -10,18 +10,16 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import UInt8
 from tactile_core.algorithms.light.drift import ReferenceLevels, divide_by_gains
-from tactile_core.algorithms.markers import (
+from tactile_core.algorithms.light.sequence import Pattern, SequenceFault, faults, pattern
+from tactile_core.algorithms.markers.contrast import (
     Tone,
     contrast_of,
-    expected_count,
-    find_detectable_lattice,
-    find_markers,
     marker_mask,
     mask_of,
     reduction,
-    too_few,
 )
-from tactile_core.algorithms.sequence import Pattern, SequenceFault, faults, pattern
+from tactile_core.algorithms.markers.count import expected_count, find_detectable_lattice, too_few
+from tactile_core.algorithms.markers.detection import find_markers
 from tactile_core.errors import InputError, SequenceError
 from tactile_core.interfaces.component import GelImage
 from tactile_core.interfaces.gel import Gel, Markers

@@ -14,7 +14,7 @@ from tactile_core.formats.scan import finite_number, observation_name, read_tabl
 from tactile_core.formats.text import printable, shorten_repr
 
 if TYPE_CHECKING:
-    from tactile_core.algorithms.circles import Circle
+    from tactile_core.algorithms.circles.circle import Circle
 
 
 _NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")  # Columns with numbers, px
@@ -47,7 +47,7 @@ def read_labels(
         The file is missing, or a line is invalid or its circle is impossible for this ball and
         image; the message names the line.
     """
-    from tactile_core.algorithms.circles import Circle
+    from tactile_core.algorithms.circles.circle import Circle
 
     path = Path(path)
     columns, lines = read_table(path)

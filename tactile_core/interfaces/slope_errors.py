@@ -8,7 +8,6 @@ from typing import Self
 
 import numpy as np
 
-from tactile_core.algorithms.slopes.slope_field import slope_std
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.artefact import Artefact
@@ -51,6 +50,9 @@ class SlopeErrors(Artefact):
 
     def added_to(self, gradients: Gradients) -> Gradients:
         """Return the slopes of a frame, with their standard deviation."""
+        # opening a sensor loads no algorithms that its profile does not use
+        from tactile_core.algorithms.slopes.slope_field import slope_std
+
         gx, gy = grid_of(gradients, "x"), grid_of(gradients, "y")
         return replace_values(
             gradients,

@@ -7,10 +7,6 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.quantities import Frame, Gradients, HeightMap, Reference, ReferenceGradients
-from tactile_core.quantities.array_form import form_fault
-from tactile_core.quantities.quantity import grid_of, on_demand
 
 # Error codes of a full disk or file table, which are not the component's fault.
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.ENFILE}
@@ -91,32 +87,3 @@ def fault(part: str, component: object, what: str) -> PluginFault:
 def blame_of(quantity: object) -> AbstractContextManager[None]:
     """Return :func:`blame` for the code of a quantity's class."""
     return blame(f"the quantity {type(quantity).__name__}", quantity)
-
-
-def measured_by(
-    calibration: Calibration, frame: Frame, reference: Reference
-) -> Gradients | HeightMap:
-    """Measure a frame with a calibration and check the type and form of the result."""
-    with blame("the calibration", calibration):
-        measured = calibration.measure(frame, reference)
-    if not isinstance(measured, Gradients | HeightMap):
-        wrong = f"{type(measured).__name__} instead of Gradients or a HeightMap"
-    else:
-        wrong = form_fault(measured, frame.pixels.shape[:2])
-        wrong = wrong and f"a quantity of the wrong form: {wrong}"
-    if wrong:
-        raise fault("the calibration", calibration, f"returned {wrong}")
-    return measured
-
-
-def reference_gradients(
-    calibration: Calibration, frame: Frame, reference: Reference
-) -> ReferenceGradients | None:
-    """Measure the frame of the reference itself; None if the calibration gives a height map."""
-    measured = measured_by(calibration, frame, reference)
-    if not isinstance(measured, Gradients):
-        return None
-    return ReferenceGradients(
-        on_demand(lambda: measured.x, grid_of(measured, "x")),
-        on_demand(lambda: measured.y, grid_of(measured, "y")),
-    )

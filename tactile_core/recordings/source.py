@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tactile_core.algorithms.sequence import are_unrelated
+from tactile_core.algorithms.light.sequence import are_unrelated
 from tactile_core.errors import InputError
 from tactile_core.formats.files import is_file
 from tactile_core.formats.images import ImageKind, read_image

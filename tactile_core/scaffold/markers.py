@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.algorithms.markers import Tone, expected_count, find_detectable_lattice, too_few
+from tactile_core.algorithms.markers.contrast import Tone
+from tactile_core.algorithms.markers.count import expected_count, find_detectable_lattice, too_few
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Pixels
 

@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 
 from tactile_core.acquisition.geometry import ImageGeometry, Size
+from tactile_core.algorithms.light.sequence import imprint_distance
 from tactile_core.algorithms.markers.grid_pitch import measure_pitch
-from tactile_core.algorithms.sequence import imprint_distance
 from tactile_core.errors import InputError
 from tactile_core.formats.target import read_target
 from tactile_core.formats.text import shorten_repr

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, load_profile
-from tactile_core.algorithms.displacement import decompose_field, divergence
+from tactile_core.algorithms.displacement.decomposition import decompose_field, divergence
 from tactile_core.builtin.contact import Displacement
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel

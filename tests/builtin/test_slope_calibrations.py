@@ -10,7 +10,7 @@ from support.gains import MOST, WELL_INSIDE, gains
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.acquisition.acquisition import average
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.algorithms.slopes.network import train
 from tactile_core.builtin.lookup_table import (

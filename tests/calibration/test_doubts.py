@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.calibration.doubts import DOUBTS, implausible
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.presses import FoundPress

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.quantities import Frame
 

@@ -62,7 +62,7 @@ def test_the_markers_of_the_wedge_match_its_profile(recordings: Path) -> None:
     import numpy as np
 
     from tactile_core.acquisition.geometry import ImageGeometry
-    from tactile_core.algorithms.markers import find_marker_lattice
+    from tactile_core.algorithms.markers.count import find_marker_lattice
 
     wedge = load_profile(EXAMPLES / "wedge" / "wedge.yaml")
     undeformed = cv2.imread(str(recordings / "three_colour" / "wedge" / "bg-0.jpg"))

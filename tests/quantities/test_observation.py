@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.markers import contrast_of
+from tactile_core.algorithms.markers.contrast import contrast_of
 from tactile_core.algorithms.slip.imprint import SurfaceView
 from tactile_core.quantities import Frame
 

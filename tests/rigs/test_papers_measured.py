@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tactile_core import ContactMask, DisplacementField, MarkerField, SlipState, load_profile
 from tactile_core.acquisition.acquisition import average
-from tactile_core.algorithms.displacement import decompose_field
+from tactile_core.algorithms.displacement.decomposition import decompose_field
 from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline

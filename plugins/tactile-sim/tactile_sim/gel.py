@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Array, Float32
-from tactile_core.algorithms.force import Elastomer
 from tactile_core.algorithms.force.elastic_layer import (
     POISSON_RATIO,
     SHEAR_MODULUS_MPA,
     THICKNESS_MM,
+    Elastomer,
 )
 from tactile_core.algorithms.force.viscoelasticity import Branch, SurfaceGrid
 from tactile_core.algorithms.heights.sphere import cap

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.normal_contact import NormalContact, solve_normal
 

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 from tactile_sim.contact_state import Move, Pose, SurfaceState
 from tactile_sim.contact_step import ContactModel, Precision

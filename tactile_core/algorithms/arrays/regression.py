@@ -13,7 +13,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Array, Float32
+from tactile_core.algorithms.arrays.types import Array, Float32, Float64
 from tactile_core.errors import CalibrationError
 
 T = TypeVar("T", np.float32, np.float64)
@@ -254,3 +254,10 @@ def shorths(rows: Array) -> Array:
         [row[i : i + half].sum() / half for row, i in zip(ordered, first.tolist(), strict=True)],
         np.float32,
     )
+
+
+def vertex(three: Float64) -> float:
+    """Offset of the maximum of a parabola through three samples from the middle one."""
+    left, middle, right = three
+    curve = left - 2 * middle + right
+    return float(0.5 * (left - right) / curve) if curve < 0 else 0.0

@@ -10,24 +10,3 @@ its place are fitted to each press together (``press_fit``), and the common ligh
 (``light``), alternately (``finder``). The centres of a grid of balls are given and only refined
 (``grid``).
 """
-
-from tactile_core.algorithms.circles.circle import Circle
-from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
-from tactile_core.algorithms.circles.grid import GridLight, refine_grid
-from tactile_core.algorithms.circles.light import LightModel
-from tactile_core.algorithms.circles.press import PressImage, working_scale
-from tactile_core.algorithms.circles.start import DIFFERS, Start
-
-__all__ = [
-    "DIFFERS",
-    "Circle",
-    "GridLight",
-    "LightModel",
-    "PressImage",
-    "Start",
-    "find_circles",
-    "fit_light",
-    "locate",
-    "refine_grid",
-    "working_scale",
-]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tactile_core.algorithms.arrays.regression import vertex
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.press import PressChange
 
@@ -110,10 +111,3 @@ def oddness_at(change: PressChange, centre: Float64, radius: float) -> float:
     here, there = values[y[inside], x[inside]], values[tuple(opposite[inside].T[::-1])]
     square = float((here**2).sum() + (there**2).sum())
     return -2 * float((here * there).sum()) / square if square > 0 else 0.0
-
-
-def vertex(three: Float64) -> float:
-    """Offset of the maximum of a parabola through three samples from the middle one."""
-    left, middle, right = three
-    curve = left - 2 * middle + right
-    return float(0.5 * (left - right) / curve) if curve < 0 else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Complex64, Float32, Float64
 from tactile_core.algorithms.displacement.kriging import CoarseGrid
-from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import Elastomer
 
 # Components that are even functions along y, which come first, and all components.
 EVEN, COMPONENTS = 4, 7

@@ -19,8 +19,7 @@ from tactile_core.algorithms.arrays.types import (
 )
 from tactile_core.algorithms.displacement.contact_shear import ElasticShear
 from tactile_core.algorithms.displacement.kriging import CoarseGrid, Kriging
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS_MM
+from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS_MM, Elastomer
 from tactile_core.errors import InputError
 
 _TINY = float(np.finfo(np.float32).tiny)

@@ -91,7 +91,7 @@ def find_markers(
     Parameters
     ----------
     contrast : (h, w) uint8
-        From :func:`tactile_core.algorithms.markers.contrast_of`.
+        From :func:`tactile_core.algorithms.markers.contrast.contrast_of`.
     shape : (H, W)
         Shape of the image.
     diameter_px : float

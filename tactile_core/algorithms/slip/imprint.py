@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
 from tactile_core.algorithms.arrays.types import TINY, Array, Bool, Float32, UInt8, pitch
-from tactile_core.algorithms.markers import Tone, marker_mask
+from tactile_core.algorithms.markers.contrast import Tone, marker_mask
 from tactile_core.errors import InputError
 
 # [px of the view] A longer motion is fitted again, from where the last fit ended: half a pixel, up

@@ -13,7 +13,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.types import TINY, Array, UInt8
-from tactile_core.algorithms.markers import Tone
+from tactile_core.algorithms.markers.contrast import Tone
 from tactile_core.algorithms.slip.imprint import (
     VIEW,
     Imprint,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 
 
 class COVERAGE:

@@ -11,7 +11,10 @@ import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.circles import Circle, Start, find_circles, working_scale
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.finder import find_circles
+from tactile_core.algorithms.circles.press import working_scale
+from tactile_core.algorithms.circles.start import Start
 from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of

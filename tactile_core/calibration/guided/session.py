@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.start import START
 from tactile_core.calibration.fitted_bundle import KEPT, WITHDRAWN
 from tactile_core.calibration.fitting import calibrate_presses

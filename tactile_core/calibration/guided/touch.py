@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.guided.background import TouchChange, UndeformedCells
 from tactile_core.quantities import Frame

@@ -6,19 +6,13 @@ import numpy as np
 import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
-from tactile_core.algorithms.circles import (
-    DIFFERS,
-    Circle,
-    PressImage,
-    Start,
-    find_circles,
-    finder,
-    fit_light,
-    locate,
-    refine_grid,
-)
-from tactile_core.algorithms.circles.press import change_of
+from tactile_core.algorithms.circles import finder
+from tactile_core.algorithms.circles.circle import Circle
+from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
+from tactile_core.algorithms.circles.grid import refine_grid
+from tactile_core.algorithms.circles.press import PressImage, change_of
 from tactile_core.algorithms.circles.press_fit import PRESS_FIT, slope_around
+from tactile_core.algorithms.circles.start import DIFFERS, Start
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_sim.optics.rig import render
 

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.displacement import MarkedSurface, curl, decompose_field, divergence
+from tactile_core.algorithms.displacement.decomposition import curl, decompose_field, divergence
+from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 from tactile_core.errors import InputError
 
 SHAPE, SCALE_MM = (120, 160), 0.1
@@ -169,7 +170,7 @@ def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
     """A disc moves by 0.3 mm between markers whose pitch is its diameter."""
     from tactile_core.algorithms.displacement.contact_shear import ElasticShear
     from tactile_core.algorithms.displacement.kriging import CoarseGrid
-    from tactile_core.algorithms.force import Elastomer
+    from tactile_core.algorithms.force.elastic_layer import Elastomer
 
     contact = np.hypot(X - 76, Y - 63) < 16
     grid = CoarseGrid(SHAPE, SHAPE)
@@ -193,7 +194,7 @@ def test_a_known_contact_makes_the_field_bend_at_its_border() -> None:
 
 def test_torsion_and_expansion_are_those_of_tractions_that_grow_with_the_distance() -> None:
     from tactile_core.algorithms.displacement.contact_shear import ElasticFields, LayerResponse
-    from tactile_core.algorithms.force import Elastomer
+    from tactile_core.algorithms.force.elastic_layer import Elastomer
 
     rows, columns, side_mm = 60, 80, 0.2
     everywhere = slice(0, rows), slice(0, columns)

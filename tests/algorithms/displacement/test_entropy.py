@@ -56,7 +56,7 @@ def test_an_empty_contact_has_no_entropy() -> None:
 
 
 def test_marker_noise_of_a_tenth_of_a_pixel_gives_about_one_and_a_half_bits() -> None:
-    from tactile_core.algorithms.displacement import MarkedSurface
+    from tactile_core.algorithms.displacement.marked_surface import MarkedSurface
 
     x, y = np.arange(20, 640, 40.0), np.arange(20, 480, 40.0)
     markers = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)

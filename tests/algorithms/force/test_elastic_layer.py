@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.response import WaveProducts
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.arrays.types import from_middle
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.layer_fit import LOAD_ERRORS, FittedLayer, load_variance
 from tactile_core.algorithms.force.surface_loads import Deformation, Shares, surface_loads
 from tactile_core.algorithms.force.viscoelasticity import SurfaceGrid

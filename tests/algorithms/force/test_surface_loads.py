@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_core.algorithms.arrays.types import from_middle
-from tactile_core.algorithms.force import Elastomer
-from tactile_core.algorithms.force.elastic_layer import ElasticLayer
+from tactile_core.algorithms.force.elastic_layer import ElasticLayer, Elastomer
 from tactile_core.algorithms.force.surface_loads import (
     Deformation,
     Shares,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.force import Elastomer
+from tactile_core.algorithms.force.elastic_layer import Elastomer
 from tactile_core.algorithms.light.light_change import LIGHT_CHANGE, change_in_detail
 
 SHAPE = 90, 120

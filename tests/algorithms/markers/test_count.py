@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.markers import expected_count, find_detectable_lattice, too_few
+from tactile_core.algorithms.markers.count import expected_count, find_detectable_lattice, too_few
 
 
 def printed(diameter_px: float, pitch_px: float, blur_px: float) -> np.ndarray:

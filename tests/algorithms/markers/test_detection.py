@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from tactile_core.algorithms.markers import Tone, contrast_of, find_marker_lattice, find_markers
-from tactile_core.algorithms.markers.contrast import brightness_of
+from tactile_core.algorithms.markers.contrast import Tone, brightness_of, contrast_of
+from tactile_core.algorithms.markers.count import find_marker_lattice
+from tactile_core.algorithms.markers.detection import find_markers
 from tactile_sim import VirtualStage
 from tactile_sim.optics.faults import Faults
 

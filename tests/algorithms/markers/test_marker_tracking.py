@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from support.soak import share_of
 
 from experiments.sheared_markers import Shear, counted
-from tactile_core.algorithms.markers import MarkerTracker, shows_contact
+from tactile_core.algorithms.markers.neighbourhood import shows_contact
+from tactile_core.algorithms.markers.tracker import MarkerTracker
 
 PITCH = 30.0
 seeds = st.integers(0, 2**32 - 1)

@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.markers import find_marker_lattice, marker_mask, mask_of
+from tactile_core.algorithms.markers.contrast import marker_mask, mask_of
+from tactile_core.algorithms.markers.count import find_marker_lattice
 from tactile_core.errors import InputError
 
 Array = NDArray[Any]

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from support.imprint_scenes import MARKER_PX, MARKERS, scene
 
-from tactile_core.algorithms.markers import find_marker_lattice, marker_mask
+from tactile_core.algorithms.markers.contrast import marker_mask
+from tactile_core.algorithms.markers.count import find_marker_lattice
 from tactile_core.algorithms.slip.imprint import SurfaceView
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.state import FUSION, degree_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_core.algorithms.circles import Circle
+from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.calibration.guided.coverage import COVERAGE, Coverage, Target
 
 SIZE, BALL_PX = (320, 240), 35.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from experiments.measured_scale import pair, pair_errors
-from tactile_core.algorithms.sequence import imprint_distance
+from tactile_core.algorithms.light.sequence import imprint_distance
 from tactile_core.formats.images import read_image
 
 

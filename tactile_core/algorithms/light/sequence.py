@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.regression import narrowest
+from tactile_core.algorithms.arrays.regression import narrowest, vertex
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.algorithms.circles.circle import vertex
 
 
 class SEQUENCE:

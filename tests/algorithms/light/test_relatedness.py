@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.sequence import are_unrelated
+from tactile_core.algorithms.light.sequence import are_unrelated
 from tactile_core.recordings.recording import open_recording
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.sequence import SequenceFault, faults, pattern
+from tactile_core.algorithms.light.sequence import SequenceFault, faults, pattern
 
 LIGHTS = 6
 PAIRS = [(i, j) for i in range(LIGHTS) for j in range(LIGHTS) if i != j]

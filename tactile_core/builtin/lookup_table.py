@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.regression import PolynomialFit, fit_polynomial
+from tactile_core.algorithms.arrays.types import as_complex
 from tactile_core.algorithms.slopes.colour_table import (
     TABLE,
     Axis,
     ColourTable,
-    as_complex,
     coarse_count,
     refine_table,
 )

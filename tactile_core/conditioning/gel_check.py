@@ -35,7 +35,7 @@ EXPLAINED = 0.25
 
 
 @dataclass(frozen=True)
-class LightField:
+class LightChange:
     """What of a frame's change no tilt of the surface explains.
 
     Attributes
@@ -113,7 +113,7 @@ class GelCheck:
         ratio = frame.light_ratio if self.compensated else None
         return ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain
 
-    def change_of(self, frame: Frame) -> LightField | None:
+    def change_of(self, frame: Frame) -> LightChange | None:
         """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""
         change, both = self._appearance.change(*self._cells(frame))
         if self._beyond is None or np.count_nonzero(both) < FEWEST_CELLS:
@@ -133,7 +133,7 @@ class GelCheck:
             said.append(f"unevenness {share:.0%} of what is taken for this gel")
         return ", ".join(said)
 
-    def light_change(self, change: Array, both: Bool) -> LightField:
+    def light_change(self, change: Array, both: Bool) -> LightChange:
         """Fit smooth fields to what no tilt explains of a change."""
         left = self._beyond @ change[:, both]
 
@@ -146,7 +146,7 @@ class GelCheck:
         plane, linear = fit(1)
         smooth, cubic = fit(3)
         slope = plane[:, 1:]
-        return LightField(
+        return LightChange(
             slope,
             ramp_size(self.beyond_drift(slope)),
             _rms(smooth @ self._polynomials[3]),
@@ -155,7 +155,7 @@ class GelCheck:
             cubic,
         )
 
-    def _of_light(self, found: LightField) -> Cause | None:
+    def _of_light(self, found: LightChange) -> Cause | None:
         ramp, field, least = self._limits
         changed = found.ramp > ramp or found.field > field
         # [share of the cells] enough, however many a constant leaves

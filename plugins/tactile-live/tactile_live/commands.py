@@ -15,7 +15,7 @@ from tactile_core.errors import InputError
 _ALIGNED = 8  # Arrays begin at a multiple of this, as a browser's typed arrays need it
 
 
-class Parts:
+class MessageParts:
     """Collects what follows the header of a message."""
 
     def __init__(self) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tactile_core.plugins.blame import blame_of
 from tactile_core.quantities import Frame, Quantity
 from tactile_core.quantities.fields import Layer, Outline, Points, ScalarMap, Surface, VectorMap
-from tactile_live.commands import Parts
+from tactile_live.commands import MessageParts
 
 MAP_PX = 320  # Longest side of a map as it is sent: the width of a panel of the page
 
@@ -52,7 +52,7 @@ def layers_of(quantities: Iterable[Quantity]) -> tuple[list[NamedLayer], list[st
     return [*found, *last], faults
 
 
-def picture(frame: Frame, channel: int | None, parts: Parts) -> dict[str, Any]:
+def picture(frame: Frame, channel: int | None, parts: MessageParts) -> dict[str, Any]:
     """Add the camera's picture as JPEG.
 
     Parameters
@@ -60,7 +60,7 @@ def picture(frame: Frame, channel: int | None, parts: Parts) -> dict[str, Any]:
     frame : Frame
     channel : int or None
         The light whose picture is wanted. None: all, in colour if there are three.
-    parts : Parts
+    parts : MessageParts
     """
     pixels = frame.pixels
     count = pixels.shape[2]
@@ -86,7 +86,7 @@ def titles(layers: Iterable[NamedLayer]) -> list[dict[str, str]]:
     ]
 
 
-def map_of(named: NamedLayer, parts: Parts) -> dict[str, Any]:
+def map_of(named: NamedLayer, parts: MessageParts) -> dict[str, Any]:
     """Add a surface, or a map of numbers or vectors, as 16-bit numbers."""
     layer = named.layer
     assert isinstance(layer, Surface | ScalarMap | VectorMap)
@@ -106,7 +106,7 @@ def map_of(named: NamedLayer, parts: Parts) -> dict[str, Any]:
     return {**described, **_grid(values, parts)}
 
 
-def _grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
+def _grid(values: NDArray[Any], parts: MessageParts) -> dict[str, Any]:
     """Add numbers per pixel, reduced and in steps of a 65535th of their range."""
     numbers = _shrink_values(np.ascontiguousarray(values, np.float32), MAP_PX)
     low, high = float(numbers.min()), float(numbers.max())
@@ -117,7 +117,7 @@ def _grid(values: NDArray[Any], parts: Parts) -> dict[str, Any]:
     return {"low": low, "high": high, "values": parts.array(np.rint(steps).astype(np.uint16))}
 
 
-def overlays(layers: Iterable[NamedLayer], mm_per_px: float, parts: Parts) -> Iterator[Any]:
+def overlays(layers: Iterable[NamedLayer], mm_per_px: float, parts: MessageParts) -> Iterator[Any]:
     """Add the outlines and points that are drawn over the picture and the maps."""
     for named in layers:
         layer = named.layer
@@ -147,7 +147,7 @@ def overlays(layers: Iterable[NamedLayer], mm_per_px: float, parts: Parts) -> It
             }
 
 
-def _arrows(layer: VectorMap, parts: Parts) -> dict[str, Any]:
+def _arrows(layer: VectorMap, parts: MessageParts) -> dict[str, Any]:
     """Return x, y, dx, dy of some vectors in an (N, 4) array; pixels, then units of the map."""
     height, width = layer.values.shape[:2]
     step = max(1, round(max(height, width) / 24))

@@ -19,7 +19,7 @@ from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.recordings.output_folder import OutputFolder
-from tactile_live.commands import Parts
+from tactile_live.commands import MessageParts
 from tactile_live.live_sensor import LiveState, Sample
 from tactile_live.pictures import layers_of, map_of, overlays, picture, titles
 
@@ -50,7 +50,7 @@ def encoded_state(state: LiveState, view: View, samples: Sequence[Sample]) -> by
     samples : sequence of Sample
         Numbers that the page does not have yet.
     """
-    parts, reading, frame = Parts(), state.reading, state.frame
+    parts, reading, frame = MessageParts(), state.reading, state.frame
     layers, faults = layers_of(reading.quantities.values())
     there = titles(layers)
     wanted = [key for key in view.maps if any(key == one["key"] for one in there)]
@@ -80,7 +80,7 @@ def encoded_state(state: LiveState, view: View, samples: Sequence[Sample]) -> by
     return parts.message(plain(header))
 
 
-def _pack_samples(samples: Sequence[Sample], parts: Parts) -> dict[str, Any]:
+def _pack_samples(samples: Sequence[Sample], parts: MessageParts) -> dict[str, Any]:
     keys = list(dict.fromkeys(key for sample in samples for key in sample.values))
     rows = np.full((len(samples), 1 + len(keys)), np.nan)
     for row, sample in zip(rows, samples, strict=True):

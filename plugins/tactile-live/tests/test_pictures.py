@@ -23,7 +23,7 @@ from tactile_core.quantities import (
 )
 from tactile_core.quantities.fields import Outline, Points, ScalarMap, VectorMap
 from tactile_live import pictures
-from tactile_live.commands import Parts
+from tactile_live.commands import MessageParts
 
 SHAPE = (48, 64)
 
@@ -94,7 +94,7 @@ def test_every_kind_of_frame_has_a_picture(dtype: Any, count: int, channel: int 
     scale = 255 if dtype is np.uint8 else 4095
     pixels = np.full((*SHAPE, count), scale // 2, dtype)
     frame = Frame(pixels, tuple("abcdef"[:count]), 0.1, full_scale=scale)
-    parts = Parts()
+    parts = MessageParts()
     place = pictures.picture(frame, channel, parts)
     message = Message(parts.message({}))
     shown = cv2.imdecode(np.frombuffer(message.bytes(place), np.uint8), cv2.IMREAD_UNCHANGED)
@@ -105,7 +105,7 @@ def test_every_kind_of_frame_has_a_picture(dtype: Any, count: int, channel: int 
 def test_colours_are_not_swapped() -> None:
     pixels = np.zeros((*SHAPE, 3), np.uint8)
     pixels[..., 0] = 200
-    parts = Parts()
+    parts = MessageParts()
     place = pictures.picture(Frame(pixels, ("red", "green", "blue"), 0.1), None, parts)
     encoded = np.frombuffer(Message(parts.message({})).bytes(place), np.uint8)
     blue, green, red = cv2.imdecode(encoded, cv2.IMREAD_COLOR).reshape(-1, 3).mean(axis=0)
@@ -116,7 +116,7 @@ def test_colours_are_not_swapped() -> None:
 def test_a_large_map_is_reduced_and_keeps_its_range() -> None:
     values = np.zeros((960, 1280), np.float32)
     values[400:500, 600:700] = 2.5
-    parts = Parts()
+    parts = MessageParts()
     described = pictures.map_of(pictures.NamedLayer("k", ScalarMap(values, "N", "force")), parts)
     found = Message(parts.message({})).map(described)
     assert max(found.shape) == pictures.MAP_PX
@@ -128,7 +128,7 @@ def test_a_large_map_is_reduced_and_keeps_its_range() -> None:
 def test_numbers_that_are_not_finite_do_not_spoil_a_map(bad: float) -> None:
     values = np.ones(SHAPE, np.float32)
     values[0, 0] = bad
-    parts = Parts()
+    parts = MessageParts()
     described = pictures.map_of(pictures.NamedLayer("k", ScalarMap(values)), parts)
     assert (described["low"], described["high"]) == (0.0, 1.0)
 
@@ -139,7 +139,7 @@ def test_a_field_of_vectors_has_arrows_where_it_is_measured() -> None:
     field = DisplacementField(np.full((*SHAPE, 2), 0.3, np.float32), valid, 0.1)
     ((layer,), _) = pictures.layers_of([field])
     assert isinstance(layer.layer, VectorMap)
-    parts = Parts()
+    parts = MessageParts()
     described = pictures.map_of(layer, parts)
     arrows = Message(parts.message({})).array(described["arrows"])
     assert len(arrows)
@@ -157,7 +157,7 @@ def test_outlines_have_their_area_and_points_that_are_not_finite_are_left_out() 
             "p", Points(places, "markers", places - 1, np.array([True, True, False]))
         ),
     ]
-    parts = Parts()
+    parts = MessageParts()
     outline, points = pictures.overlays(layers, 0.1, parts)
     message = Message(parts.message({}))
     assert outline["area_mm2"] == pytest.approx(2.0)
@@ -170,5 +170,5 @@ def test_outlines_have_their_area_and_points_that_are_not_finite_are_left_out() 
 def test_an_empty_contact_has_no_outline() -> None:
     mask = ContactMask(np.zeros(SHAPE, np.bool_), 0.1)
     layers, _ = pictures.layers_of([mask])
-    (outline,) = pictures.overlays(layers, 0.1, Parts())
+    (outline,) = pictures.overlays(layers, 0.1, MessageParts())
     assert outline["lines"] == []

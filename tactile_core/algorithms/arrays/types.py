@@ -111,3 +111,8 @@ def spacings(points: Array) -> Array:
 def pitch(points: Array) -> float:
     """Median distance to the nearest neighbour; infinite for a single point or none."""
     return float(np.median(spacings(points))) if len(points) else np.inf
+
+
+def as_complex(pairs: Array) -> Complex64:
+    """Convert (..., 2) float32 pairs to (...,) complex64."""
+    return np.ascontiguousarray(pairs, np.float32).view(np.complex64)[..., 0]

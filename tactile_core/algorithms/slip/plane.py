@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, nodes
+from tactile_core.algorithms.arrays.types import Complex64, Float32, Intp, as_complex, nodes
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -91,11 +91,6 @@ def _meshed_places(
     """Column and row (h, w) of each grid point."""
     x, y = np.meshgrid(*_places(per_px, image_shape, stride))
     return x, y
-
-
-def as_complex(field: Float32) -> Complex64:
-    """View a field (h, w, 2) as complex numbers x + iy, (h, w)."""
-    return field.view(np.complex64)[..., 0]
 
 
 def pick_pixels(image: NDArray[Scalar], stride: int) -> NDArray[Scalar]:

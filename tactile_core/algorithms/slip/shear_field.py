@@ -48,7 +48,7 @@ class ContactLoad(NamedTuple):
     depth: float
 
 
-class Shear(NamedTuple):
+class MeasuredShear(NamedTuple):
     """The shear of a contact since its load settled.
 
     Attributes
@@ -112,7 +112,7 @@ class ShearedContact:
         self._load = ContactLoad(0.0, 0.0)
         self._sheared_mm = 0.0
 
-    def update(self, field: Complex64, mask: Bool, load: ContactLoad) -> Shear:
+    def update(self, field: Complex64, mask: Bool, load: ContactLoad) -> MeasuredShear:
         """Return the shear of the next field.
 
         Parameters
@@ -125,7 +125,7 @@ class ShearedContact:
 
         Returns
         -------
-        Shear
+        MeasuredShear
         """
         self.restarted = self._settled is None or self._grew(load)
         if self._settled is None or self.restarted:
@@ -134,7 +134,7 @@ class ShearedContact:
             self._recent.clear()
         count = int(np.count_nonzero(mask))
         if count < 12:  # [points] too few for a motion
-            return Shear()
+            return MeasuredShear()
         points = np.flatnonzero(mask)[:: 1 + count // 600]  # [points] for speed
         position = positions_mm(mask.shape, self.spacing_mm).ravel()[points]
         moved, entropy_bits = self._displace(field, mask, points)
@@ -143,7 +143,7 @@ class ShearedContact:
         if whole.motion_mm >= SHEAR_FIELD.min_window * self.window_mm:
             self._measure_sticking(field, points, position, whole)
         self._recent.append(field.copy())
-        return Shear(
+        return MeasuredShear(
             self._stick_share,
             whole.motion_mm,
             whole.rotation_mm,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Complex64, Float32
+from tactile_core.algorithms.arrays.types import Complex64, Float32, as_complex
 
 
 class TABLE:
@@ -106,11 +106,6 @@ class ColourTable:
         first, second, third = self.bins(change).T
         entries = self.normal_xy[first, second, third]
         return np.stack([entries.real, entries.imag], axis=1)
-
-
-def as_complex(normal_xy: Float32) -> Complex64:
-    """Convert (..., 2) float32 pairs to (...,) complex64."""
-    return np.ascontiguousarray(normal_xy, np.float32).view(np.complex64)[..., 0]
 
 
 def bake(model: Callable[[Float32], Float32], axis: Axis, aspect: float = 0.75) -> ColourTable:

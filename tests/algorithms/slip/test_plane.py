@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tactile_core.algorithms.arrays.types import as_complex
 from tactile_core.algorithms.slip.plane import (
-    as_complex,
     coarse,
     displacement_since,
     positions_mm,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.slip.plane import positions_mm
 from tactile_core.algorithms.slip.shear_field import (
     ContactLoad,
+    MeasuredShear,
     RigidMotion,
-    Shear,
     ShearedContact,
     fit_rigid_motion,
     guess_sticking,
@@ -35,16 +35,16 @@ class Sheared:
         self._field = np.zeros(SHAPE, np.complex128)
         self.look()
 
-    def move(self, step: complex, stick_mm: float = 99.0, stopped: float = 0.0) -> Shear:
+    def move(self, step: complex, stick_mm: float = 99.0, stopped: float = 0.0) -> MeasuredShear:
         beyond = np.clip((np.abs(PLACE) - stick_mm) / RADIUS_MM, 0, None)
         self._field = self._field + step * (1 - stopped) / (1 + 6 * beyond)
         return self.look()
 
-    def add(self, field: NDArray[Any], load: ContactLoad = LOAD) -> Shear:
+    def add(self, field: NDArray[Any], load: ContactLoad = LOAD) -> MeasuredShear:
         self._field = self._field + field
         return self.look(load)
 
-    def look(self, load: ContactLoad = LOAD) -> Shear:
+    def look(self, load: ContactLoad = LOAD) -> MeasuredShear:
         noise = self._rng.normal(0, self._noise_mm, (2, *SHAPE))
         field = (self._field + noise[0] + 1j * noise[1]).astype(np.complex64)
         return self.contact.update(field, CONTACT, load)
@@ -112,7 +112,7 @@ def test_a_contact_of_a_few_points_has_no_shear() -> None:
     contact = ShearedContact(SPACING_MM)
     tiny = np.abs(PLACE) < 0.3
     field = np.full(SHAPE, 0.1, np.complex64)
-    assert contact.update(field, tiny, LOAD) == Shear()
+    assert contact.update(field, tiny, LOAD) == MeasuredShear()
 
 
 def _fit_motion(displacement: NDArray[Any]) -> RigidMotion:

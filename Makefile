@@ -121,11 +121,9 @@ wheels: .venv/installed
 	rm -rf dist
 	for d in . $(PLUGINS); do $(BIN)/python -m build --wheel --no-isolation --outdir dist $$d || exit; done
 
-# Installs the wheels into an empty environment elsewhere and runs the demo there.
+# Installs each wheel alone with its dependencies into an empty environment elsewhere and tries it there, then all of the README's together.
 try-wheels: wheels
-	elsewhere=$$(mktemp -d) && $(PYTHON) -m venv $$elsewhere/env \
-	&& $$elsewhere/env/bin/pip install --quiet --disable-pip-version-check dist/*.whl \
-	&& cd $$elsewhere && env/bin/tactile demo --out demo && rm -rf $$elsewhere
+	.ci/try-wheels $(SHIPPED) $(OTHERS)
 
 .venv/installed: pyproject.toml $(SHIPPED:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv
@@ -134,7 +132,7 @@ try-wheels: wheels
 
 $(OTHERS:plugins/%=.venv-%/installed): .venv-%/installed: pyproject.toml plugins/%/pyproject.toml
 	$(PYTHON) -m venv .venv-$*
-	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[testing,record]' -e plugins/tactile-sim -e plugins/$*
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[tests,record]' $(SHIPPED:%=-e %) -e plugins/$*
 	touch $@
 
 # LeRobot takes another PyTorch than it needs to read a data set, hence without its dependencies.

@@ -18,7 +18,7 @@ from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.target_surface import S, TargetSurface
 from tactile_core.interfaces.calibration import Calibration, Press
-from tactile_core.plugins.returned import measured_by
+from tactile_core.plugins.options import measured_by
 from tactile_core.quantities import Float32, Gradients, HeightMap, Reference
 from tactile_core.recordings.inputs import Inputs
 

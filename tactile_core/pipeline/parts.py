@@ -20,9 +20,14 @@ from tactile_core.pipeline.frame_check import check_pixels
 from tactile_core.pipeline.health import left_out_notes
 from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.blame import blame
-from tactile_core.plugins.options import calibrator_of, options_of, uncalibrated_by
+from tactile_core.plugins.options import (
+    calibrator_of,
+    measured_by,
+    options_of,
+    reference_gradients,
+    uncalibrated_by,
+)
 from tactile_core.plugins.registry import resolve
-from tactile_core.plugins.returned import measured_by, reference_gradients
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import (
     Float32,

@@ -19,7 +19,7 @@ from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import make_lights
-from tactile_core.plugins.returned import measured_by
+from tactile_core.plugins.options import measured_by
 from tactile_core.quantities import (
     Frame,
     Gradients,

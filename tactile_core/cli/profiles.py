@@ -57,6 +57,7 @@ def plugins(as_json: AsJson = False) -> None:
                 "distribution": p.distribution,
                 "version": p.version,
                 "components": {kind: sorted(names) for kind, names in p.components.items()},
+                "commands": sorted(p.commands),
                 "problems": list(p.problems),
             }
             for p in found
@@ -68,6 +69,8 @@ def plugins(as_json: AsJson = False) -> None:
         for kind, names in plugin.components.items():
             for name in sorted(names):
                 print_data(f"    {kind:<14}{plugin.name}.{name}")
+        for name in sorted(plugin.commands):
+            print_data(f"    {'command':<14}tactile {name}")
         for problem in plugin.problems:
             print_data(f"    problem: {problem}")
 

@@ -86,3 +86,8 @@ def test_two_plugins_with_one_command_are_both_named(install: Install) -> None:
 
     with pytest.raises(PluginError, match=r"tactile-lab 1\.0.*uninstall all but one"):
         find_command("view")
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_list_of_plugins_names_their_commands() -> None:
+    assert "command       tactile greet-one" in tactile("plugins").stdout

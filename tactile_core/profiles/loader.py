@@ -148,6 +148,8 @@ def _in_directory(directory: Path, origin: str) -> list[ProfileEntry]:
 # Position reported for overrides; their paths are relative to the working directory.
 _OVERRIDES = Place(Path("overrides"))
 
+_SIM = Place(Path("virtual sensor"))  # position of what the overlay below sets
+
 # Overlay of every virtual sensor: its camera delivers the rectified image directly.
 _VIRTUAL: Mapping[str, Any] = {
     "camera": {"use": VIRTUAL_CAMERA},
@@ -206,7 +208,7 @@ def load_source(
     source = read_source(find_profile(name_or_path), find_extended)
     overlay = source.tree.get("sim")
     if sim:
-        source = source.merge_overlay(Node.from_plain(_VIRTUAL, _OVERRIDES))
+        source = source.merge_overlay(Node.from_plain(_VIRTUAL, _SIM))
         if overlay is not None and overlay.is_mapping:
             source = source.merge_overlay(overlay)
     if overrides:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
+    from tactile_core.interfaces.importer import Importer
     from tactile_core.interfaces.light_driver import LightDriver
     from tactile_core.interfaces.simulator import Simulator
     from tactile_core.interfaces.sink import Sink
@@ -113,6 +114,8 @@ def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 @overload
 def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
+@overload
+def resolve(kind: Literal["importer"], name: str) -> type[Importer]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 

@@ -159,6 +159,17 @@ def test_without_a_reference_each_use_needs_one(
     assert json.loads(given.stdout)["max_height_mm"] > 0
 
 
+def test_a_sensor_keeps_its_reference_when_an_imported_bundle_has_none(
+    run: Words, lab: VirtualLab, tmp_path: Path
+) -> None:
+    assert tactile(*run()).returncode == 0
+    with open_sensor(lab.profile, bundle=lab.bundle, input=lab.presses) as sensor:
+        before = sensor.read()[Gradients].x
+        sensor.use_bundle(Bundle.load(tmp_path / "bundle"))
+        after = sensor.read()[Gradients].x
+    assert before.shape == after.shape
+
+
 def test_an_unknown_kind_is_one_sentence_with_the_known_ones(run: Words) -> None:
     said = refused(*run(kind="lab.other"))
     assert said.count("\n") == 1

@@ -212,7 +212,7 @@ def _with_model(
     artefacts = {**before, name: model}
     if older is not None:
         manifest = older.manifest.model_copy(update={"artefacts": names_of(artefacts)})
-        return Bundle(manifest, artefacts, older.reference)
+        return Bundle(manifest, artefacts, older.reference or measured.reference)
     reference = measured.reference
     manifest = manifest_for(profile, reference.channels, artefacts, serial=serial or "")
     return Bundle(manifest, artefacts, reference)

@@ -28,6 +28,7 @@ from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.slope_errors import SlopeErrors
 from tactile_core.plugins.blame import blame, fault
+from tactile_core.plugins.entry_points import library_versions
 from tactile_core.plugins.registry import registered_name, resolve
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
@@ -35,6 +36,8 @@ from tactile_core.quantities import Reference
 
 # Classes of the artefacts that the core uses itself.
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
+
+_REFERENCE = "reference.npz"
 
 _SERIAL = re.compile(r"[A-Za-z0-9._-]{1,100}")
 
@@ -49,13 +52,13 @@ class Bundle:
     artefacts : mapping of str to Artefact
         Fitted models by the names in the manifest; ``"light"`` is a :class:`Calibration`. A bundle
         without it holds models of steps, such as one of force.
-    reference : Reference
-        The undeformed sensor.
+    reference : Reference or None
+        The undeformed sensor; None if the light model was imported without one.
     """
 
     manifest: Manifest
     artefacts: Mapping[str, Artefact]
-    reference: Reference
+    reference: Reference | None
 
     @property
     def calibration(self) -> Calibration | None:
@@ -115,7 +118,8 @@ class Bundle:
                     artefact.save(folder)
                 if not any(folder.iterdir()):
                     folder.rmdir()  # a manifest lists files, not folders
-            write_npz(fresh / "reference.npz", reference_arrays(self.reference))
+            if self.reference is not None:
+                write_npz(fresh / _REFERENCE, reference_arrays(self.reference))
             if report is not None:
                 report(fresh)
             write_manifest(fresh, self.manifest)
@@ -153,7 +157,9 @@ class Bundle:
         artefacts = {
             name: _loaded_artefact(directory, name, use) for name, use in manifest.artefacts.items()
         }
-        return cls(manifest, artefacts, _load_reference(directory / "reference.npz", manifest))
+        held = _REFERENCE in manifest.files
+        reference = _load_reference(directory / _REFERENCE, manifest) if held else None
+        return cls(manifest, artefacts, reference)
 
     def check(self, profile: Profile, serial: str | None = None) -> list[str]:
         """Check that the bundle belongs to a profile and unit; return warnings.
@@ -229,9 +235,33 @@ def names_of(artefacts: Mapping[str, Artefact]) -> dict[str, str]:
     return names
 
 
-def current_time() -> str:
-    """Return the current date and time for a manifest, ISO 8601 in UTC."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
+def manifest_for(
+    profile: Profile, channels: tuple[str, ...], artefacts: Mapping[str, Artefact], **known: Any
+) -> Manifest:
+    """Return the manifest of artefacts that are made now for the image and light of a profile.
+
+    Parameters
+    ----------
+    profile : Profile
+    channels : tuple of str
+    artefacts : mapping of str to Artefact
+    **known
+        Further fields of the manifest.
+    """
+    return Manifest(
+        profile=profile.name,
+        revision=profile.revision,
+        artefacts=names_of(artefacts),
+        image_size_px=(profile.image.width_px, profile.image.height_px),
+        crop=profile.image.crop,
+        channels=channels,
+        mm_per_px=profile.image.mm_per_px,
+        bit_depth=profile.image.bit_depth,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions=library_versions(),
+        profile_hash=profile_hash(profile),
+        **known,
+    )
 
 
 def check_serial(serial: str, of: str = "serial") -> str:

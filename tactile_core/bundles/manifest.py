@@ -26,6 +26,7 @@ from tactile_core.formats.text import printable
 
 Pairs = tuple[tuple[FiniteFloat, FiniteFloat], ...]
 Size = Annotated[FiniteFloat, Field(ge=0)]
+Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
 
 
 class LightRange(BaseModel):
@@ -55,6 +56,23 @@ class LightRange(BaseModel):
     agreement: Size
 
 
+class Imported(BaseModel):
+    """Where a light model comes from that this program has not fitted.
+
+    Attributes
+    ----------
+    kind : str
+        ``plugin.name`` of the importer that read it.
+    file : str
+        Name of the file.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+
+    kind: Text
+    file: Text
+
+
 FORMAT = 5  # Version of the bundle format that is written and read
 
 MANIFEST = "manifest.json"  # File name of the manifest
@@ -66,7 +84,6 @@ ERRORS = "errors"
 
 _LARGEST_BYTES = 4 << 20  # A larger manifest is refused before it is parsed
 
-Text = Annotated[str, BeforeValidator(lambda v: plain_text(v) if isinstance(v, str) else v)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -94,6 +111,9 @@ class Manifest(BaseModel):
         holds models of steps.
     measured_with : str
         How the ball's diameter and the scale were measured, in the user's words; empty if unknown.
+    imported : Imported or None
+        Where the light model comes from; None if it was fitted to presses. An imported one has no
+        score: ``held_out`` is None.
     light_range : LightRange or None
         What is normal for the light of this unit; None if it was not observed.
     doubts : tuple of str
@@ -101,7 +121,7 @@ class Manifest(BaseModel):
     files : dict
         SHA-256 of every other file of the bundle, by its path in the folder.
     content_hash : str
-        SHA-256 of all other fields. It covers the files through their hashes.
+        SHA-256 of all other fields in the file. It covers the files through their hashes.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
@@ -124,6 +144,7 @@ class Manifest(BaseModel):
     measured_with: Text = ""
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
+    imported: Imported | None = None
     light_range: LightRange | None = None
     doubts: tuple[Text, ...] = ()
     versions: dict[str, Text] = {}
@@ -144,8 +165,11 @@ class Manifest(BaseModel):
         return self.artefacts.get(LIGHT, "")
 
     def fingerprint(self) -> str:
-        """Return the SHA-256 of all fields except ``content_hash``, as JSON with sorted keys."""
-        plain = json.loads(self.model_dump_json(exclude={"content_hash"}))
+        """Return the SHA-256 of all fields except ``content_hash``, as JSON with sorted keys.
+
+        A field that a manifest of an earlier version lacks is left out.
+        """
+        plain = json.loads(self.model_dump_json(exclude={"content_hash"}, exclude_unset=True))
         return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 

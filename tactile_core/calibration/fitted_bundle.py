@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tactile_core.bundles.bundle import Bundle, current_time, names_of
-from tactile_core.bundles.manifest import ERRORS, LIGHT, Manifest
+from tactile_core.bundles.bundle import Bundle, manifest_for
+from tactile_core.bundles.manifest import ERRORS, LIGHT
 from tactile_core.calibration.crew import ALONE, Crew, Task
 from tactile_core.calibration.doubts import doubts, implausible
 from tactile_core.calibration.light_range import (
@@ -23,10 +23,8 @@ from tactile_core.calibration.targets import CalibrationTarget
 from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibration import Calibrator, Progress
-from tactile_core.plugins.entry_points import library_versions
+from tactile_core.interfaces.calibration import Calibration, Calibrator, Progress
 from tactile_core.plugins.options import fitted_by
-from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording_file import EventEntry
@@ -34,9 +32,9 @@ from tactile_core.recordings.source import is_recorded, recording_file
 
 
 def conditioning_for(
-    profile: Profile, reference: Reference, calibrator: Calibrator
+    profile: Profile, reference: Reference, calibrator: Calibrator | Calibration
 ) -> Conditioning:
-    """Return the conditioning of the frames that a calibrator is fitted on.
+    """Return the conditioning of the frames that a calibrator is fitted on, or a model measures.
 
     Raises
     ------
@@ -106,26 +104,18 @@ def fitted_bundle(
     doubted = implausible(surfaces, undeformed, profile.gel)
     if scored:
         doubted = (*doubted, *doubts(score, good))
-    manifest = Manifest(
-        profile=profile.name,
-        revision=profile.revision,
+    manifest = manifest_for(
+        profile,
+        undeformed.channels,
+        artefacts,
         serial=serial,
         gel_id=gel,
-        artefacts=names_of(artefacts),
-        image_size_px=(profile.image.width_px, profile.image.height_px),
-        crop=profile.image.crop,
-        channels=undeformed.channels,
         channel_azimuth_deg=azimuths,
-        mm_per_px=profile.image.mm_per_px,
-        bit_depth=profile.image.bit_depth,
-        created=current_time(),
         ball_diameters_mm=ground_truth.ball_diameters_mm,
         presses_used=len(good),
         held_out=None if score is None else score.summary(),
         light_range=light_range(good, undeformed),
         doubts=doubted,
-        versions=library_versions(),
-        profile_hash=profile_hash(profile),
     )
     bundle = Bundle(manifest, artefacts, undeformed)
     return Calibrated(bundle, surfaces, score, (*notes, *doubted), ground_truth.basis)

@@ -12,8 +12,8 @@ import numpy as np
 from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.heights.sphere import BallPress
-from tactile_core.bundles.bundle import Bundle, names_of
-from tactile_core.bundles.manifest import LIGHT, Manifest
+from tactile_core.bundles.bundle import Bundle, manifest_for
+from tactile_core.bundles.manifest import LIGHT
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.light_range import light_range
 from tactile_core.calibration.presses import FoundPress
@@ -23,7 +23,6 @@ from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.simulator import Renderer
 from tactile_core.plugins.options import calibrator_of, fitted_by
 from tactile_core.plugins.registry import resolve
-from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
 
@@ -95,17 +94,13 @@ def virtual_unit(
         presses.append(FoundPress("", frame, circle, radius_px))
     fitted = fitted_by(calibrator, [press.training() for press in presses], reference)
     artefacts = {LIGHT: fitted}
-    manifest = Manifest(
-        profile=profile.name,
-        artefacts=names_of(artefacts),
-        image_size_px=(image.width_px, image.height_px),
-        channels=reference.channels,
-        mm_per_px=image.mm_per_px,
-        bit_depth=image.bit_depth,
+    manifest = manifest_for(
+        profile,
+        reference.channels,
+        artefacts,
         ball_diameters_mm=(ball_mm,),
         presses_used=len(presses),
         light_range=light_range(presses, reference),
-        profile_hash=profile_hash(profile),
     )
     frames = tuple(replace(press.frame, marker_mask=None) for press in presses[:4])
     middle_px = ((image.width_px - 1) / 2, (image.height_px - 1) / 2)

@@ -14,6 +14,7 @@ from tactile_core.cli.calibrate import calibrate, calibrate_force
 from tactile_core.cli.compare import compare
 from tactile_core.cli.doctor import devices, doctor
 from tactile_core.cli.explaining import guard_command
+from tactile_core.cli.importing import import_
 from tactile_core.cli.profiles import new, plugins, profiles, schema, validate
 from tactile_core.cli.record import convert, record, recover
 from tactile_core.cli.run import run
@@ -101,6 +102,7 @@ COMMANDS = (
     convert,
     calibrate,
     calibrate_force,
+    import_,
     new,
     compare,
     profiles,
@@ -111,4 +113,4 @@ COMMANDS = (
     devices,
 )
 for command in COMMANDS:
-    app.command()(guard_command(command))
+    app.command(command.__name__.rstrip("_").replace("_", "-"))(guard_command(command))

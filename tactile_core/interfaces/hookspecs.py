@@ -68,6 +68,12 @@ def tactile_simulators() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_importers() -> Mapping[str, str]:
+    """Importers: subclasses of :class:`tactile_core.interfaces.importer.Importer`."""
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_commands() -> Mapping[str, str]:
     """Commands of ``tactile``: ``{"my-command": "module:function"}``.
 

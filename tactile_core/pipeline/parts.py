@@ -179,11 +179,12 @@ class PipelineParts:
     def _todays_reference(self) -> tuple[GelCheck, Frame] | None:
         """A reference that is not the bundle's, conditioned against that; and its check."""
         given, bundle, check = self.conditioning.reference, self.bundle, self.gel_check
-        if bundle is None or given is None or check is None:
+        held = None if bundle is None else bundle.reference
+        if bundle is None or held is None or given is None or check is None:
             return None
-        if given.pixels is bundle.reference.pixels:
+        if given.pixels is held.pixels:
             return None
-        calibrated = self.conditioning.with_reference(bundle.reference)
+        calibrated = self.conditioning.with_reference(held)
         today = replace(given.as_frame(bundle.manifest.mm_per_px), marker_mask=given.marker_mask)
         return replace(check, reference=calibrated.undeformed), calibrated.compensate_drift(today)
 

@@ -357,7 +357,8 @@ class Sensor:
     def use_bundle(self, bundle: Bundle) -> None:
         """Measure with another calibration from the next reading on.
 
-        The bundle's reference replaces that of the sensor, and tracking starts again.
+        The bundle's reference, if it holds one, replaces that of the sensor, and tracking starts
+        again.
 
         Raises
         ------
@@ -365,7 +366,8 @@ class Sensor:
             The bundle belongs to another sensor.
         """
         former = self.pipeline
-        self._pipeline = Pipeline(self.profile, bundle, serial=self._serial)
+        kept = former.reference if bundle.reference is None else None
+        self._pipeline = Pipeline(self.profile, bundle, kept, serial=self._serial)
         self._bundle = bundle
         former.close()
         if self._pipeline.reference is not None:

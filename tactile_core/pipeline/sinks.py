@@ -12,6 +12,7 @@ from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading, Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.blame import blame, blame_of
+from tactile_core.plugins.earlier_names import COMPONENTS
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.model import Profile
@@ -143,15 +144,11 @@ def _component(profile: Profile, name: str) -> Component:
         described = (sink for sink in profile.sinks.values() if sink.use == name)
         return next(described, Component(use=name))
     known: Mapping[str, str] = find_plugin(CORE).components("sink")
-    if name == "hdf5":
-        raise InputError(
-            "HDF5 is not written while a sensor is measured; save 'record', and write HDF5 "
-            "afterwards with 'tactile convert'"
-        )
-    if name not in known:
+    of_core = f"{CORE}.{name}"
+    if name not in known and of_core not in COMPONENTS:  # resolving says what to write instead
         choices: Iterable[str] = dict.fromkeys([*profile.sinks, *known])
         raise InputError(
             f"there is no sink {name!r}; choose from {', '.join(choices)}, or name a plugin's "
             f"sink as plugin.name"
         )
-    return Component(use=f"{CORE}.{name}")
+    return Component(use=of_core)

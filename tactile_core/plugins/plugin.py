@@ -26,6 +26,7 @@ ComponentKind = Literal[
     "estimator",
     "sink",
     "simulator",
+    "importer",
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 

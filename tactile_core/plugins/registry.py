@@ -18,6 +18,7 @@ import tactile_core
 from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
+from tactile_core.plugins.earlier_names import COMPONENTS
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalize_name
 from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.camera import Camera
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
+    from tactile_core.interfaces.importer import Importer
     from tactile_core.interfaces.light_driver import LightDriver
     from tactile_core.interfaces.simulator import Simulator
     from tactile_core.interfaces.sink import Sink
@@ -113,6 +115,8 @@ def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 @overload
 def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
+@overload
+def resolve(kind: Literal["importer"], name: str) -> type[Importer]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -129,13 +133,15 @@ def resolve(kind: ComponentKind, name: str) -> type:
     ------
     PluginError
         The plugin is missing, broken, for another API or claimed by two distributions, or has no
-        such component of this kind.
+        such component of this kind; or the name is of an earlier version.
     """
     plugin_name, dot, component = name.partition(".")
     wanted = f"{kind_in_words(kind)} {name!r}"
     if not dot or not component:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
         raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
+    if name in COMPONENTS:
+        raise PluginError(f"{wanted} is of an earlier version; {COMPONENTS[name]}")
     offer = _offer(plugin_name, wanted)
     found = Plugin.load(offer).component(kind, component)
     _RESOLVED[found] = name, offer

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from tactile_core.algorithms.arrays.types import parts
 from tactile_core.errors import Problem
 from tactile_core.formats.yaml_tree import Keys, Node, problem_at
+from tactile_core.plugins.earlier_names import KEYS
 
 # What a value "should be", by pydantic's error type.
 _WORDS = {
@@ -66,8 +67,17 @@ def problems_of(
         if keys in meant or (inner and all(len(one["loc"]) > len(keys) for one in errors)):
             continue  # reported at the misspelt key, or by the alternative that was intended
         message = _sentence(errors, start.node_at(keys), model, keys)
+        instead = KEYS.get((_owner(start, keys), str(keys[-1]))) if keys else None
+        if instead and errors[0]["type"] == "extra_forbidden":
+            message = f"is a key of an earlier version; {instead}"
         found.append(problem_at(start.origin(keys), (*prefix, *keys), message))
     return found
+
+
+def _owner(start: Node, keys: Keys) -> str:
+    """Return the component that a mapping describes, else the keys of the one with a mistake."""
+    use = start.get("use")
+    return ".".join(map(str, keys[:-1])) if use is None else str(use.value)
 
 
 def _written_keys(start: Node, loc: Keys, model: type[BaseModel]) -> Keys:

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.claims import reference_arrays, reference_of
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import hide_secrets
 from tactile_core.formats.npz import npz_arrays, npz_bytes
 from tactile_core.formats.text import yaml_text
@@ -171,7 +171,7 @@ def bundle_of(session: RecordedSession, path: Path) -> Bundle | None:
     Raises
     ------
     InputError, CalibrationError
-        It is damaged.
+        It is damaged, or of another version.
     """
     if "bundle" in session.damaged:
         raise InputError(f"the bundle in {path} is damaged; give --bundle")
@@ -185,7 +185,13 @@ def bundle_of(session: RecordedSession, path: Path) -> Bundle | None:
             file = place / name
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
-        return Bundle.load(place)
+        try:
+            return Bundle.load(place)
+        except CalibrationError as error:
+            why = str(error).removeprefix(f"bundle {place}: ").replace(f"{place}/", "")
+            raise CalibrationError(
+                f"the bundle in {path} cannot be used ({why.partition(';')[0]}); give --bundle"
+            ) from error
 
 
 def _text(value: Any) -> str | None:

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tactile_core.errors import CalibrationError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.plugins.registry import registered_name
 from tactile_core.quantities import Frame, Gradients, HeightMap, Quantity, Reference
@@ -144,6 +144,28 @@ class CalibrationChecks(Suite):
             found,
             why="a bundle with a missing file would give a traceback or wrong measurements",
             do="raise CalibrationError if files are missing",
+        )
+
+    @check("importer")
+    def test_foreign_file(self, part: Part) -> None:
+        """Reading a file of another kind raises InputError."""
+        importer = self.registered.class_of(part)()
+        with TemporaryDirectory(prefix="tactile-conformance-") as name:
+            file = Path(name, "picture.png")
+            file.write_bytes(bytes(range(256)))
+            try:
+                importer.read(file, self.registered.rig(part).profile)
+            except InputError:
+                return
+            except Exception as error:
+                found = f"reading a file of another kind raises {describe_error(error)}"
+            else:
+                found = "reading a file of another kind gives a model"
+        raise Fault(
+            part,
+            found,
+            why="a wrong file would be called a fault of the plugin, or would measure wrongly",
+            do="raise InputError, with one sentence that says which file is expected",
         )
 
     @check("calibrator")

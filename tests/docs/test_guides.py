@@ -1,6 +1,7 @@
 """The guides run as printed, from an empty folder."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -100,11 +101,37 @@ def test_a_plugin_is_installed_listed_and_conforms(tmp_path: Path) -> None:
     assert "passed" in reader.printed
 
 
+def test_a_table_of_another_program_is_imported_and_measures(tmp_path: Path) -> None:
+    # the beginning of the guide to the first sensor: its images and its profile
+    first = (DOCS / "tutorials" / "first-sensor.md").read_text()
+    (tmp_path / "part.md").write_text(first.split("## 2.")[0])
+    reader = Reader(tmp_path)
+    reader.follow(tmp_path / "part.md")
+    reader.follow(DOCS / "tutorials" / "first-importer.md")
+    assert "passed" in reader.printed
+
+
+def test_the_command_of_the_guide_prints_depths(lab: VirtualLab, tmp_path: Path) -> None:
+    _finish_first_sensor(lab, tmp_path)
+    reader = Reader(tmp_path)
+    used, tested = (DOCS / "tutorials" / "first-command.md").read_text().split("## 4.")
+    (tmp_path / "part.md").write_text(used)
+    reader.follow(tmp_path / "part.md")
+    assert re.search(r"^marble: 1\.\d mm$", reader.printed, re.MULTILINE)
+    (tmp_path / "part.md").write_text(tested)
+    reader.follow(tmp_path / "part.md")
+    assert "passed" in reader.printed
+
+
 def test_the_estimator_of_the_guide_measures_and_conforms(lab: VirtualLab, tmp_path: Path) -> None:
-    # the results of the guide to the first sensor: its profile, a bundle and a marble
-    shutil.copy(lab.profile_path, tmp_path / "my_sensor.yaml")
-    shutil.copytree(lab.bundle, tmp_path / "bundle")
-    lab.save(tmp_path / "recording" / "marble.png", BallPress((90.0, 55.0), 6.0, 0.7))
+    _finish_first_sensor(lab, tmp_path)
     reader = Reader(tmp_path)
     reader.follow(DOCS / "tutorials" / "first-estimator.md")
     assert "passed" in reader.printed
+
+
+def _finish_first_sensor(lab: VirtualLab, folder: Path) -> None:
+    """Make the results of the guide to the first sensor: its profile, a bundle and a marble."""
+    shutil.copy(lab.profile_path, folder / "my_sensor.yaml")
+    shutil.copytree(lab.bundle, folder / "bundle")
+    lab.save(folder / "recording" / "marble.png", BallPress((90.0, 55.0), 6.0, 0.7))

@@ -89,7 +89,10 @@ def test_the_section_of_a_command_names_its_options_and_has_an_example(name: str
 
 @pytest.mark.parametrize("path", sorted(DOCS.rglob("*.md")), ids=lambda path: path.stem)
 def test_commands_and_options_on_every_page_exist(path: Path) -> None:
-    for name, *words in commands(path.read_text(encoding="utf-8")):
+    text = path.read_text(encoding="utf-8")
+    for name, *words in commands(text):
+        if f'return {{"{name}": "' in text:
+            continue  # the page itself adds the command
         options = {option for parameter in KNOWN[name].params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options
 

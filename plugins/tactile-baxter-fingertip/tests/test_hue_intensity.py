@@ -48,6 +48,12 @@ def test_calibrator_and_model_have_the_same_name() -> None:
     assert resolve("artefact", name) is HueIntensity
 
 
+def test_a_model_with_two_tables_of_an_earlier_version_says_to_calibrate_again() -> None:
+    # its tables are thinned out to every 32nd value
+    with pytest.raises(CalibrationError, match="does not hold such a model; calibrate again"):
+        HueIntensity.load(Path(__file__).parent / "data")
+
+
 @pytest.mark.parametrize("ball", [UNSEEN, Ball((50.0, 50.0)), Ball((110.0, 70.0))])
 def test_slopes_are_neither_steeper_nor_flatter_than_the_ball(
     model: HueIntensity, ball: Ball

@@ -18,8 +18,7 @@ from tactile_core.algorithms.force.cell_axes import (
     cell_rotation,
     tool_offset,
 )
-from tactile_core.bundles.bundle import Bundle, current_time, default_place, names_of
-from tactile_core.bundles.manifest import Manifest
+from tactile_core.bundles.bundle import Bundle, default_place, manifest_for, names_of
 from tactile_core.calibration.force.labelled import label_frames
 from tactile_core.calibration.force.recorded_features import (
     MeasuredRecordings,
@@ -33,8 +32,7 @@ from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.estimator import FittedForce, ForceModel, ForceSamples
 from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault
-from tactile_core.plugins.entry_points import library_versions
-from tactile_core.profiles.loader import load_profile, profile_hash
+from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.recordings.recovery import NamedRecording, list_recordings
 
@@ -214,20 +212,7 @@ def _with_model(
     artefacts = {**before, name: model}
     if older is not None:
         manifest = older.manifest.model_copy(update={"artefacts": names_of(artefacts)})
-        return Bundle(manifest, artefacts, older.reference)
-    reference, image = measured.reference, profile.image
-    manifest = Manifest(
-        profile=profile.name,
-        revision=profile.revision,
-        serial=serial or "",
-        artefacts=names_of(artefacts),
-        image_size_px=(image.width_px, image.height_px),
-        crop=image.crop,
-        channels=reference.channels,
-        mm_per_px=image.mm_per_px,
-        bit_depth=image.bit_depth,
-        created=current_time(),
-        versions=library_versions(),
-        profile_hash=profile_hash(profile),
-    )
+        return Bundle(manifest, artefacts, older.reference or measured.reference)
+    reference = measured.reference
+    manifest = manifest_for(profile, reference.channels, artefacts, serial=serial or "")
     return Bundle(manifest, artefacts, reference)

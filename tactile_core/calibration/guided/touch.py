@@ -161,6 +161,7 @@ def next_touch(frames: Iterable[Frame], bundle: Bundle) -> Frame | None:
         None if the frames end before.
     """
     manifest = bundle.manifest
+    assert bundle.reference is not None
     ball_px = min(manifest.ball_diameters_mm) / 2 / manifest.mm_per_px
     cells, touches = UndeformedCells(bundle.reference, ball_px), Touches(ball_px)
     lifted = False

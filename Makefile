@@ -16,7 +16,7 @@ TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-
 SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
-SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip sim live)
+SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip genicam sim live)
 OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -30,7 +30,7 @@ demo: .venv/installed
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
 
-# The distributions that bring large libraries: make test-others, or one of them by its name, as in make test-tactile-train.
+# The distributions that bring large libraries, or one that few need: make test-others, or one of them by its name, as in make test-tactile-train.
 test-others: $(OTHERS:plugins/%=test-%)
 
 $(OTHERS:plugins/%=test-%): test-%: .venv-%/installed
@@ -56,8 +56,8 @@ test-hardware: .venv/installed
 
 # Exports, read back by the programs that they are for; their packages are large.
 test-exports: .venv/installed .venv-lerobot/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record,rerun]' -e plugins/tactile-lerobot -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
-	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rosbag tests/recordings/hdf5 tests/builtin/test_rerun_log.py tests/cli/test_convert.py
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record]' -e plugins/tactile-lerobot -e plugins/tactile-rerun -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
+	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rerun plugins/tactile-rosbag tests/recordings/hdf5 tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed
@@ -96,7 +96,8 @@ soak-alone: .venv/installed
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests/hardware
 
 # The rest, two at a time, as most wait for devices.
-soak-together: .venv/installed
+soak-together: .venv/installed .venv-tactile-dslr/installed
+	TACTILE_SOAK=$(SOAK) .venv-tactile-dslr/bin/python -m pytest -m soak -rP plugins/tactile-dslr
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.

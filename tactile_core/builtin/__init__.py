@@ -14,9 +14,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
     return {
-        "dslr": "tactile_core.builtin.cameras.dslr_camera:DslrCamera",
         "folder": "tactile_core.builtin.cameras.folder_camera:FolderCamera",
-        "genicam": "tactile_core.builtin.cameras.genicam_camera:GenicamCamera",
         "replay": "tactile_core.builtin.sequential:ReplayCamera",
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
@@ -98,6 +96,5 @@ def tactile_sinks() -> Mapping[str, str]:
         "tmd": "tactile_core.builtin.result_files:Heights",
         "png": "tactile_core.builtin.result_files:Pictures",
         "ply": "tactile_core.builtin.result_files:Mesh",
-        "rerun": "tactile_core.builtin.rerun_log:RerunLog",
         "record": "tactile_core.builtin.result_files:Record",
     }

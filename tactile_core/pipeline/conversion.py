@@ -175,7 +175,7 @@ def convert(
 
 
 # Sinks of other distributions of this project that write one file or folder for a session.
-_WRITTEN_BY = {".lerobot": "lerobot.dataset", ".rosbag": "rosbag.bag"}
+_WRITTEN_BY = {".lerobot": "lerobot.dataset", ".rosbag": "rosbag.bag", ".rrd": "rerun.log"}
 
 
 def session_sinks() -> Iterator[tuple[str, type[Sink]]]:

@@ -148,7 +148,7 @@ def _component(profile: Profile, name: str) -> Component:
             "HDF5 is not written while a sensor is measured; save 'record', and write HDF5 "
             "afterwards with 'tactile convert'"
         )
-    if name not in known:
+    if name not in (*known, "rerun"):  # which has left, as its error says
         choices: Iterable[str] = dict.fromkeys([*profile.sinks, *known])
         raise InputError(
             f"there is no sink {name!r}; choose from {', '.join(choices)}, or name a plugin's "

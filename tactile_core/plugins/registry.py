@@ -36,6 +36,13 @@ if TYPE_CHECKING:
 # no other distribution can replace it
 _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
 
+# Components that have left the core for distributions of their own, by their names before.
+_LEFT = {
+    "core.dslr": "dslr.camera",
+    "core.genicam": "genicam.camera",
+    "core.rerun": "rerun.log",
+}
+
 # Name under which each component's class was resolved, and the plugin that offers it.
 _RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
 
@@ -133,6 +140,12 @@ def resolve(kind: ComponentKind, name: str) -> type:
     """
     plugin_name, dot, component = name.partition(".")
     wanted = f"{kind_in_words(kind)} {name!r}"
+    if name in _LEFT:
+        package = _package_of(_LEFT[name].partition(".")[0])
+        raise PluginError(
+            f"{wanted} is {_LEFT[name]!r} now, which 'pip install {_source_of(package)}' installs; "
+            f"write the new name"
+        )
     if not dot or not component:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
         raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
@@ -275,7 +288,7 @@ def _foreign_offers() -> list[Offer]:
 def _offer(plugin_name: str, wanted_by: str) -> Offer:
     if plugin_name == _CORE.name:
         return _CORE
-    package = "tactile-" + plugin_name.replace("_", "-")
+    package = _package_of(plugin_name)
     offers = _foreign_offers()
     named = [
         offer
@@ -346,8 +359,18 @@ def _missing(plugin_name: str, package: str, wanted_by: str, installed: list[str
 
     near = get_close_matches(plugin_name, [_CORE.name, *installed], n=1)
     meant = f"did you mean {near[0]!r}? Otherwise " if near else ""
-    beside = Path(tactile_core.__file__).parents[1] / "plugins" / package  # in a clone
     return (
         f"{wanted_by} needs the plugin {plugin_name!r}, which is not installed; "
-        f"{meant}run 'pip install {beside if beside.is_dir() else package}'"
+        f"{meant}run 'pip install {_source_of(package)}'"
     )
+
+
+def _package_of(plugin_name: str) -> str:
+    """Return the distribution of a plugin, if it is named as this project's are."""
+    return "tactile-" + plugin_name.replace("_", "-")
+
+
+def _source_of(package: str) -> str:
+    """Return what pip installs a distribution from: its folder in a clone, or its name."""
+    beside = Path(tactile_core.__file__).parents[1] / "plugins" / package
+    return str(beside if beside.is_dir() else package)

@@ -2,7 +2,6 @@
 
 import atexit
 from collections.abc import Iterator, Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
@@ -67,7 +66,6 @@ SERVER = MjpegServer(stream)
 class TestCore(PluginConformance):
     plugin = "core"
     options: ClassVar[dict[str, dict[str, Any]]] = {
-        "core.dslr": {"model": "of no camera"},
         "core.force_cnn": {
             "manifest": network(
                 "force", quantity="wrench", unit="N", names=["fx", "fy", "fz", "tz"]
@@ -75,7 +73,6 @@ class TestCore(PluginConformance):
         },
         "core.onnx": {"manifest": network("vector", quantity="vector")},
         "core.folder": {"path": FOLDER.name, "existing": True},
-        "core.genicam": {"serial": "of no camera"},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS, "timeout_s": 2.0},
@@ -85,8 +82,6 @@ class TestCore(PluginConformance):
         "core.uvc_leds": {"lights": BOX_LIGHTS},
     }
     expected_failures = {  # noqa: RUF012
-        "opening[camera core.dslr]": "there is no such camera; see test_dslr_camera.py",
-        "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
         "readings[sink core.record]": "there is no sensor; see pipeline/test_record.py",
         "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }
@@ -96,9 +91,6 @@ class TestCore(PluginConformance):
         used = np.array([name == "volume" for name in FEATURES])
         weights = np.tile(used.astype(float), (4, 1))
         return {LinearForceModel: LinearForceModel(weights, np.full((4, 2), 0.1), used)}
-
-    if find_spec("rerun") is None:
-        expected_failures["readings[sink core.rerun]"] = "rerun-sdk is not installed"
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -99,7 +99,7 @@ class GenicamSource(ImageSource):
     name : str
         In messages.
     pixel_format : str
-        A key of :data:`~tactile_core.builtin.cameras.genicam_source.PIXEL_FORMATS`.
+        A key of :data:`~tactile_genicam.image_source.PIXEL_FORMATS`.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ def library() -> Any:
             return _import_aravis()
     except (ImportError, ValueError) as error:
         raise LibraryMissing(
-            f"core.genicam needs the library Aravis ({error}); on Debian and Ubuntu 'sudo apt "
+            f"genicam.camera needs the library Aravis ({error}); on Debian and Ubuntu 'sudo apt "
             f"install gir1.2-aravis-0.8 python3-gi', elsewhere 'pip install PyGObject' and "
             f"https://aravisproject.github.io"
         ) from error

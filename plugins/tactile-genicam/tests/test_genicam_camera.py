@@ -12,14 +12,15 @@ import pytest
 from support.gige_camera import ADDRESS, OtherProcess, PaintedCamera, alone, missing
 
 from tactile_core import claim_device, load_profile, open_sensor
-from tactile_core.builtin.cameras import genicam_camera, genicam_source
-from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
-from tactile_core.builtin.cameras.genicam_source import PIXEL_FORMATS
 from tactile_core.errors import CameraLost, CameraTimeout, DeviceError, InputError
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import ConnectedDevice
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.testing.imports import Footprint
+from tactile_genicam import camera as camera_module
+from tactile_genicam import image_source
+from tactile_genicam.camera import GenicamCamera, GenicamOptions
+from tactile_genicam.image_source import PIXEL_FORMATS
 
 PATIENCE_S = 20.0
 WIDTH, HEIGHT = 128, 64
@@ -198,7 +199,7 @@ def test_without_the_library_the_error_says_how_to_install_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "gi", None)
-    monkeypatch.setattr(genicam_source, "_DEBIAN_PACKAGES", "/nowhere")
+    monkeypatch.setattr(image_source, "_DEBIAN_PACKAGES", "/nowhere")
     with pytest.raises(DeviceError, match=r"sudo apt install gir1\.2-aravis-0\.8 python3-gi"):
         camera_of().open()
 
@@ -214,11 +215,11 @@ def test_without_aravis_what_libusb_finds_is_listed_and_the_library_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def no_aravis() -> None:
-        raise DeviceError("core.genicam needs the library Aravis")
+        raise DeviceError("genicam.camera needs the library Aravis")
 
     on_usb = ConnectedDevice("", "acA2440", "2676:ba02", "40012345", "2-1")
-    monkeypatch.setattr(genicam_camera, "library", no_aravis)
-    monkeypatch.setattr(genicam_camera, "usb_cameras", lambda _: iter([on_usb]))
+    monkeypatch.setattr(camera_module, "library", no_aravis)
+    monkeypatch.setattr(camera_module, "usb_cameras", lambda _: iter([on_usb]))
     listed = GenicamCamera.connected()
     assert next(listed) == on_usb
     with pytest.raises(DeviceError, match="needs the library Aravis"):
@@ -231,7 +232,7 @@ def test_a_unit_opens_the_camera_that_it_has_claimed_and_no_other_unit_does(
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     (claimed,) = claim_device("R3", "TACT01")
-    assert (claimed.use, claimed.unit) == ("core.genicam", None)
+    assert (claimed.use, claimed.unit) == ("genicam.camera", None)
     assert "desktop_three_colour" in claimed.profiles
     with open_sensor("desktop_three_colour", serial="R3", timeout_s=PATIENCE_S) as sensor:
         assert sensor.read().frame.pixels.shape == (480, 640, 3)

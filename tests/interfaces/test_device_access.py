@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.builtin.usb_bus import RULES, holders, name_holders, permission_advice
+from tactile_core.interfaces.usb_bus import RULES, holders, name_holders, permission_advice
 
 
 def test_the_udev_rules_that_the_advice_names_are_in_the_package(

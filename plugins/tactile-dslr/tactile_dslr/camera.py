@@ -1,4 +1,4 @@
-"""``core.dslr``: a single-lens reflex or mirrorless camera, through gphoto2."""
+"""``dslr.camera``: a single-lens reflex or mirrorless camera, through gphoto2."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _WIDGETS = {
 
 
 class DslrOptions(Options):
-    """Options of ``core.dslr``."""
+    """Options of ``dslr.camera``."""
 
     model: str | None = Field(default=None, description="Part of the model's name.")
     exposure_time_s: PositiveFloat | None = Field(
@@ -236,7 +236,7 @@ def library() -> Any:
         import gphoto2
     except ImportError as error:
         raise LibraryMissing(
-            "core.dslr needs gphoto2; 'pip install gphoto2' on Linux or macOS"
+            "dslr.camera needs gphoto2; 'pip install gphoto2' on Linux or macOS"
         ) from error
     return gphoto2
 

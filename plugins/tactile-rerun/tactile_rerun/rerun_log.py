@@ -1,4 +1,4 @@
-"""``core.rerun``: readings for the viewer rerun, as a file or live on this machine."""
+"""``rerun.log``: readings for the viewer rerun, as a file or live on this machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PATIENCE_S = 2.0  # Longest wait for a viewer, s
 
 
 class RerunOptions(Options):
-    """Options of ``core.rerun``."""
+    """Options of ``rerun.log``."""
 
     port: int | None = Field(
         default=None,
@@ -57,13 +57,8 @@ class RerunLog(Sink):
     def open(self, session: Session) -> None:
         """Create the file, or connect to the viewer."""
         super().open(session)
-        try:
-            import rerun
-        except ImportError:
-            raise InputError(
-                "the sink 'rerun' needs rerun-sdk, which is not installed; install it with: "
-                "pip install 'tactile-core[rerun]'"
-            ) from None
+        import rerun
+
         self._rerun, self._described = rerun, set()
         port = self._settings.port
         if port is not None:

@@ -10,9 +10,9 @@ import usb.core
 import usb.util
 from usb.backend import IBackend
 
-from tactile_core.builtin.usb_bus import USB3_VISION, VIDEO, usb_cameras
 from tactile_core.errors import DeviceError
 from tactile_core.interfaces.device import ConnectedDevice
+from tactile_core.interfaces.usb_bus import USB3_VISION, VIDEO, usb_cameras
 
 LANGUAGES = bytes([4, 3, 0x09, 0x04])
 CAMERA = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_core.builtin.cameras.genicam_source import PIXEL_FORMATS
+from tactile_genicam.image_source import PIXEL_FORMATS
 
 COLOUR = {"R": 200, "G": 90, "B": 40}
 

@@ -1,4 +1,4 @@
-"""``core.genicam``: a machine-vision camera (GigE Vision or USB3 Vision) through Aravis."""
+"""``genicam.camera``: a machine-vision camera (GigE Vision or USB3 Vision) through Aravis."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
-from tactile_core.builtin.cameras.genicam_source import (
-    PIXEL_FORMATS,
-    GenicamSource,
-    library,
-    library_error,
-)
-from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, USB3_VISION, usb_cameras
 from tactile_core.errors import DeviceAbsent, DeviceError
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
+from tactile_core.interfaces.usb_bus import CLAIM, INSTEAD, USB3_VISION, usb_cameras
 from tactile_core.quantities import Image
+from tactile_genicam.image_source import (
+    PIXEL_FORMATS,
+    GenicamSource,
+    library,
+    library_error,
+)
 
 
 class GenicamOptions(Options):
-    """Options of ``core.genicam``."""
+    """Options of ``genicam.camera``."""
 
     serial: str | None = Field(default=None, description="Serial number of the camera.")
     address: str | None = Field(

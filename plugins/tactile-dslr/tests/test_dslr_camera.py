@@ -3,35 +3,18 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 
-from tactile_core.builtin.cameras.dslr_camera import DslrCamera, DslrOptions, nearest
 from tactile_core.errors import DeviceBusy, DeviceError
 from tactile_core.testing.imports import Footprint
+from tactile_dslr.camera import DslrCamera, DslrOptions, nearest
 
 PATIENCE_S = 20.0
 
 
-@pytest.fixture
-def card(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The memory card of a virtual camera, which "takes" the pictures on it."""
-    gphoto = pytest.importorskip("gphoto2", reason="'pip install gphoto2' tests core.dslr")
-    drivers = Path(gphoto.__file__).parent / "libgphoto2" / "vusb"
-    if not drivers.is_dir():
-        pytest.skip("this gphoto2 has no virtual camera")
-    folder = tmp_path / "DCIM" / "100NIKON"
-    folder.mkdir(parents=True)
-    cv2.imwrite(str(folder / "DSC_0001.JPG"), np.full((40, 60, 3), 90, np.uint8))
-    monkeypatch.setenv("IOLIBS", str(drivers))
-    monkeypatch.setenv("VCAMERADIR", str(tmp_path))
-    return folder
-
-
-def test_each_read_takes_a_photo(card: Path) -> None:
+@pytest.mark.usefixtures("card")
+def test_each_read_takes_a_photo() -> None:
     with DslrCamera(DslrOptions(model="D750", exposure_time_s=0.1, aperture=3.5)) as camera:
         images = [camera.read(PATIENCE_S) for _ in range(3)]
         assert "Nikon" in camera.device_id
@@ -44,7 +27,8 @@ def test_each_read_takes_a_photo(card: Path) -> None:
         assert image.encoded is not None
 
 
-def test_a_reopened_camera_takes_photos_again_and_leaves_nothing(card: Path) -> None:
+@pytest.mark.usefixtures("card")
+def test_a_reopened_camera_takes_photos_again_and_leaves_nothing() -> None:
     camera = DslrCamera(DslrOptions())
     with camera:
         camera.read(PATIENCE_S)
@@ -56,6 +40,7 @@ def test_a_reopened_camera_takes_photos_again_and_leaves_nothing(card: Path) -> 
     assert before.find_leaks() == ""
 
 
+@pytest.mark.usefixtures("card")
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -64,9 +49,7 @@ def test_a_reopened_camera_takes_photos_again_and_leaves_nothing(card: Path) -> 
         ({"iso": 100}, r"has no setting for iso; remove 'camera\.iso'"),
     ],
 )
-def test_what_the_camera_refuses_is_one_sentence(
-    card: Path, options: dict[str, object], message: str
-) -> None:
+def test_what_the_camera_refuses_is_one_sentence(options: dict[str, object], message: str) -> None:
     with pytest.raises(DeviceError, match=message):
         DslrCamera(DslrOptions.model_validate(options)).open()
 
@@ -96,7 +79,8 @@ def test_without_the_library_the_error_says_how_to_install_it(
         DslrCamera(DslrOptions()).open()
 
 
-def test_a_connected_camera_is_listed_by_its_model(card: Path) -> None:
+@pytest.mark.usefixtures("card")
+def test_a_connected_camera_is_listed_by_its_model() -> None:
     (found,) = DslrCamera.connected()
     assert "Nikon" in found.product
     assert found.fits({"model": "nikon"}, DslrCamera.selectors)

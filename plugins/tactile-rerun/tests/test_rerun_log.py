@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from support.readings import SHAPE, contact, height, markers, reading, slopes
 
-from tactile_core.builtin.rerun_log import RerunLog, RerunOptions
 from tactile_core.errors import InputError
 from tactile_core.interfaces.sink import Reading, Session
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Image, MarkerField, SlipState
 from tactile_core.recordings.output_folder import OutputFolder
+from tactile_rerun.rerun_log import RerunLog, RerunOptions
 
 
 def logged(folder: Path, *readings: Reading) -> Path:
@@ -49,7 +49,6 @@ def columns(path: Path) -> dict[str, list[Any]]:
 
 
 def test_numbers_units_and_times_are_those_of_the_readings(tmp_path: Path) -> None:
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed; see 'make test-exports'")
     taken = [
         reading(height(n / 8), slopes(), contact(), markers(), SlipState("stick", 0.5))
         for n in range(3)
@@ -72,7 +71,6 @@ def test_numbers_units_and_times_are_those_of_the_readings(tmp_path: Path) -> No
 
 
 def test_a_jpeg_stays_the_camera_s_own_bytes(tmp_path: Path) -> None:
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed; see 'make test-exports'")
     pixels = np.full((16, 16, 3), 90, np.uint8)
     jpeg = cv2.imencode(".jpg", pixels)[1].tobytes()
     frame = Frame(
@@ -99,13 +97,12 @@ logged(Path(sys.argv[1]), reading(height()))
 
 
 def test_nothing_is_sent_anywhere(tmp_path: Path) -> None:
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed; see 'make test-exports'")
     strace = shutil.which("strace")
     if strace is None:
         pytest.skip("strace is not installed, which lists the connections of a program")
-    calls, tests = tmp_path / "calls", Path(__file__).parents[1]
+    calls, here = tmp_path / "calls", Path(__file__).parent
     command = [strace, "-f", "-e", "trace=connect,sendto,sendmsg", "-o", calls]
-    command += [sys.executable, "-c", _LOGGING, tmp_path / "out", tests / "builtin", tests]
+    command += [sys.executable, "-c", _LOGGING, tmp_path / "out", here, here.parents[2] / "tests"]
     subprocess.run(command, check=True)
     assert (tmp_path / "out").is_dir()
     assert "exited with 0" in calls.read_text()
@@ -113,16 +110,9 @@ def test_nothing_is_sent_anywhere(tmp_path: Path) -> None:
 
 
 def test_a_port_without_a_viewer_is_one_sentence() -> None:
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed; see 'make test-exports'")
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         port = unused.getsockname()[1]
     sink = RerunLog(RerunOptions(port=port))
     with pytest.raises(InputError, match=f"start one with: rerun --port {port}"):
         sink.open(Session(load_profile("hex_fingertip"), None, (), ()))
-
-
-def test_without_the_library_the_message_has_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(InputError, match=r"pip install 'tactile-core\[rerun\]'"):
-        RerunLog(RerunOptions()).open(Session(load_profile("hex_fingertip"), None, (), ()))

@@ -16,7 +16,7 @@ TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-
 SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
-SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip genicam sim live)
+SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip genicam hdf5 sim live)
 OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -57,7 +57,7 @@ test-hardware: .venv/installed
 # Exports, read back by the programs that they are for; their packages are large.
 test-exports: .venv/installed .venv-lerobot/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record]' -e plugins/tactile-lerobot -e plugins/tactile-rerun -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
-	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rerun plugins/tactile-rosbag tests/recordings/hdf5 tests/cli/test_convert.py
+	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rerun plugins/tactile-rosbag plugins/tactile-hdf5 tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed

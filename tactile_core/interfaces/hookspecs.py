@@ -62,6 +62,15 @@ def tactile_sinks() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_recording_formats() -> Mapping[str, str]:
+    """Recording formats, each named by the ending of its files: ``{"h5": "module:Class"}``.
+
+    Subclasses of :class:`tactile_core.interfaces.recording_format.RecordingFormat`.
+    """
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_simulators() -> Mapping[str, str]:
     """Simulators: subclasses of :class:`tactile_core.interfaces.simulator.Simulator`."""
     raise NotImplementedError

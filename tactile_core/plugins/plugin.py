@@ -25,6 +25,7 @@ ComponentKind = Literal[
     "artefact",
     "estimator",
     "sink",
+    "recording_format",
     "simulator",
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)

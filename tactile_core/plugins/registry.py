@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
+    from tactile_core.interfaces.recording_format import RecordingFormat
     from tactile_core.interfaces.simulator import Simulator
     from tactile_core.interfaces.sink import Sink
 
@@ -118,6 +119,8 @@ def resolve(kind: Literal["artefact"], name: str) -> type[Artefact]: ...
 def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 @overload
 def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
+@overload
+def resolve(kind: Literal["recording_format"], name: str) -> type[RecordingFormat]: ...
 @overload
 def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
 def resolve(kind: ComponentKind, name: str) -> type:

@@ -13,12 +13,12 @@ import pytest
 from support.recordings import SESSION, image, written
 
 from tactile_core.errors import InputError, PluginError
+from tactile_core.interfaces.recording_format import EventEntry, ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.conversion import convert
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Reference
-from tactile_core.recordings.recorder import RecordedImage
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.source import copy_writer, recording_file
 
 KINDS = ("one.mcap", "one.h5", "one")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_core.recordings.hdf5.column_file import PatientDisk
+from tactile_hdf5.column_file import PatientDisk
 
 
 def test_what_is_refused_is_read_back_and_reported(tmp_path: Path) -> None:

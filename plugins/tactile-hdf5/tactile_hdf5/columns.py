@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.npz import DESCRIPTION, arrays_of
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image
 from tactile_core.quantities.quantity import Guard, pass_errors
-from tactile_core.recordings.hdf5.column_file import ColumnFile
-from tactile_core.recordings.recorder import RecordedImage
+from tactile_hdf5.column_file import ColumnFile
 
 # Groups: images, values of readings, and the number of the reading of each row of values.
 IMAGES, READINGS, ROWS = "images/", "readings/", "reading_of/"

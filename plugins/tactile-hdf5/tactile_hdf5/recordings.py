@@ -6,18 +6,33 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import regular
 from tactile_core.formats.images import decode_image
+from tactile_core.interfaces.recording_format import (
+    EventEntry,
+    ImageEntry,
+    RecordingFile,
+    RecordingFormat,
+    recorded_image,
+)
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.hdf5.column_file import END, ColumnFile, import_h5py
-from tactile_core.recordings.hdf5.columns import (
+from tactile_core.recordings.session_files import (
+    reference_bytes,
+    reference_from,
+    session_files,
+    session_of,
+)
+from tactile_hdf5.column_file import END, ColumnFile
+from tactile_hdf5.columns import (
     IMAGES,
     LEVELS,
     NONE,
@@ -25,23 +40,6 @@ from tactile_core.recordings.hdf5.columns import (
     ImageColumns,
     ReadingColumns,
 )
-from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
-from tactile_core.recordings.recording_file import (
-    EventEntry,
-    ImageEntry,
-    RecordingFile,
-    recorded_image,
-)
-from tactile_core.recordings.session_files import (
-    reference_bytes,
-    reference_from,
-    session_files,
-    session_of,
-)
-
-if TYPE_CHECKING:
-    import h5py
-
 
 FORMAT, VERSION = "tactile recording", 1  # Attributes `format` and `version` of the file
 
@@ -50,6 +48,18 @@ SESSION, REFERENCES = "session/", "references/"
 
 # Columns: each event as JSON, the number of images before it, and a row at the very end.
 EVENTS, BEFORE, FINISHED = "events", "events_after_image", "finished"
+
+
+class Hdf5(RecordingFormat):
+    """Files that end in ``.h5``."""
+
+    def write(self, path: Path) -> RecordingWriter:
+        """Return the writer of a recording."""
+        return Hdf5Writer(path)
+
+    def read(self, path: Path) -> RecordingFile:
+        """Open a finished recording."""
+        return Hdf5File(path)
 
 
 class Hdf5Writer(RecordingWriter):
@@ -143,7 +153,7 @@ class Hdf5File(RecordingFile):
     Raises
     ------
     InputError
-        It is no such recording, unfinished, of a newer version, or ``h5py`` is not installed.
+        It is no such recording, unfinished, or of a newer version.
     """
 
     finished = True
@@ -235,7 +245,6 @@ class Hdf5File(RecordingFile):
 
 
 def _open_file(path: Path) -> h5py.File:
-    h5py = import_h5py()
     try:
         return h5py.File(regular(path), "r", locking=False)
     except OSError as error:
@@ -252,7 +261,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
             f"{path} is an HDF5 file, but no recording that tactile wrote; save its images as PNG"
         )
     if attributes["version"] != VERSION:
-        raise InputError(f"{path} was written by a newer tactile-core; update it to read this")
+        raise InputError(f"{path} was written by a newer tactile-hdf5; update it to read this")
     if FINISHED not in file or not len(file[FINISHED]):
         raise InputError(f"{path} was never finished; convert its recording again")
 

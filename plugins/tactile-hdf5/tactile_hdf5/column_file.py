@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.errors import InputError
-
-if TYPE_CHECKING:
-    import h5py
+with suppress(ImportError):
+    import hdf5plugin  # noqa: F401  (registers filters, such as blosc2)
 
 
 class PatientDisk(FileIO):
@@ -104,26 +103,6 @@ class PatientDisk(FileIO):
 END = "_end"  # Added to the name of a column of bytes: the column with the end of each row
 
 
-def import_h5py() -> Any:
-    """Return the module ``h5py``, which can read blosc2 if ``hdf5plugin`` is installed.
-
-    Raises
-    ------
-    InputError
-        It is not installed.
-    """
-    try:
-        import h5py
-    except ImportError:
-        raise InputError(
-            "HDF5 files need h5py, which is not installed; install it with: "
-            "pip install 'tactile-core[record]'"
-        ) from None
-    with suppress(ImportError):
-        import hdf5plugin  # noqa: F401  (registers its filters)
-    return h5py
-
-
 class _Column(NamedTuple):
     """Rows that wait to be written."""
 
@@ -143,16 +122,13 @@ class ColumnFile:
 
     Raises
     ------
-    InputError
-        ``h5py`` is not installed.
     OSError
         The file exists, or cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
-        library = import_h5py()
         self._disk = PatientDisk(path)
-        self._file: h5py.File | None = library.File(self._disk, "w", libver=("v110", "v110"))
+        self._file: h5py.File | None = h5py.File(self._disk, "w", libver=("v110", "v110"))
         self._waiting: dict[str, _Column] = {}
         self._waiting_bytes = 0
         self._ends: dict[str, int] = {}

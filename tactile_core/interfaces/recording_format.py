@@ -1,4 +1,4 @@
-"""The interface of recordings that a sensor wrote: images, events and the session."""
+"""The interface of recording formats, and of recordings that a sensor wrote."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ from typing import Any
 
 from tactile_core.errors import InputError
 from tactile_core.interfaces.device import Closing
+from tactile_core.interfaces.recording_writer import RecordedSession, RecordingWriter
 from tactile_core.quantities import Image, Pixels, Reference
-from tactile_core.recordings.recorder import RecordedSession
-
-# Name of the list of images and events in a folder; it makes the folder a recording.
-LIST = "recording.jsonl"
 
 # Names of the events that change what is measured.
 MEASURED, REFERENCE, RESUMED = "measured", "reference", "resumed"
@@ -28,7 +25,7 @@ class ImageEntry:
     ----------
     described : mapping
         As :meth:`RecordedImage.described
-        <tactile_core.recordings.recorder.RecordedImage.describe_image>` gave it.
+        <tactile_core.interfaces.recording_writer.RecordedImage.describe_image>` gave it.
     place : object
         Where the file has it; only the :class:`RecordingFile` that made it understands it.
     """
@@ -108,6 +105,28 @@ class RecordingFile(Closing, ABC):
         ------
         InputError
             It is damaged or missing.
+        """
+
+
+class RecordingFormat(ABC):
+    """Reads and writes recordings in files of one ending, under which it is registered.
+
+    ``tactile convert`` writes it from a recording, and every command reads it; what a sensor sends
+    is recorded as MCAP or as a folder of images.
+    """
+
+    @abstractmethod
+    def write(self, path: Path) -> RecordingWriter:
+        """Return the writer of a recording, which creates the file when it is opened."""
+
+    @abstractmethod
+    def read(self, path: Path) -> RecordingFile:
+        """Open a recording.
+
+        Raises
+        ------
+        InputError
+            It is damaged, or of another format than its name says.
         """
 
 

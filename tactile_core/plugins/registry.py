@@ -40,7 +40,9 @@ _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__
 # Components that have left the core for distributions of their own, by their names before.
 _LEFT = {
     "core.dslr": "dslr.camera",
+    "core.force_cnn": "networks.force_cnn",
     "core.genicam": "genicam.camera",
+    "core.onnx": "networks.onnx",
     "core.rerun": "rerun.log",
 }
 

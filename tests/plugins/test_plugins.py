@@ -115,6 +115,8 @@ def test_a_missing_plugin_is_reported_with_its_pip_command() -> None:
     [
         ("camera", "core.dslr", "dslr.camera"),
         ("camera", "core.genicam", "genicam.camera"),
+        ("estimator", "core.force_cnn", "networks.force_cnn"),
+        ("estimator", "core.onnx", "networks.onnx"),
         ("sink", "core.rerun", "rerun.log"),
     ],
 )

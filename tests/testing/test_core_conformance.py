@@ -11,7 +11,6 @@ import pytest
 from support.light_box import LIGHTS as BOX_LIGHTS
 from support.light_box import light_box
 from support.mjpeg_server import Exchange, MjpegServer, jpeg
-from support.onnx_network import written_network
 from support.usb_bus import UsbBus
 from support.usb_light_box import UsbLightBox
 
@@ -19,7 +18,7 @@ from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.builtin.leds.usb_leds import UsbLeds
 from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
-from tactile_core.testing.virtual_presses import VirtualPress, generic_rig
+from tactile_core.testing.virtual_presses import VirtualPress
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "relief.png"
 LIGHTS = [{"name": f"light{i}", "azimuth_deg": 60 * i, "elevation_deg": 25} for i in range(6)]
@@ -28,27 +27,6 @@ FOLDER = TemporaryDirectory()
 atexit.register(FOLDER.cleanup)
 for number in range(8):
     Path(FOLDER.name, f"{number}.png").write_bytes(PICTURE.read_bytes())
-
-
-def network(name: str, **output: Any) -> Path:
-    """Write a network that gives the mean colour of the frame's difference to the reference."""
-    folder = Path(FOLDER.name, name)
-    folder.mkdir()
-    rig = generic_rig()
-    image, channels = rig.profile.image, rig.reference.pixels.shape[2]
-    return written_network(
-        folder,
-        np.ones((4, channels), np.float32),
-        np.zeros(4, np.float32),
-        image=(image.width_px, image.height_px, channels),
-        input={
-            "width_px": 1,
-            "height_px": 1,
-            "planes": [{"of": "frame", "background": "difference"}],
-        },
-        output=output,
-        planes=channels,
-    )
 
 
 def stream(exchange: Exchange) -> None:
@@ -66,12 +44,6 @@ SERVER = MjpegServer(stream)
 class TestCore(PluginConformance):
     plugin = "core"
     options: ClassVar[dict[str, dict[str, Any]]] = {
-        "core.force_cnn": {
-            "manifest": network(
-                "force", quantity="wrench", unit="N", names=["fx", "fy", "fz", "tz"]
-            )
-        },
-        "core.onnx": {"manifest": network("vector", quantity="vector")},
         "core.folder": {"path": FOLDER.name, "existing": True},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},

@@ -12,7 +12,6 @@ import pytest
 from support.onnx_network import written_network
 
 from tactile_core.algorithms.arrays.types import Array
-from tactile_core.builtin.networks.network_step import Onnx
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -26,6 +25,7 @@ from tactile_core.quantities import (
     Quantity,
     Reference,
 )
+from tactile_networks.steps import Onnx
 
 WIDTH, HEIGHT = 8, 6
 IMAGE = ImageSection(width_px=WIDTH, height_px=HEIGHT, mm_per_px=0.1)
@@ -177,7 +177,7 @@ def test_a_file_that_is_no_network_is_refused(tmp_path: Path) -> None:
 
 def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    assert "pip install 'tactile-core[onnx]'" in fails(network(tmp_path), runtime="onnxruntime")
+    assert "pip install onnxruntime" in fails(network(tmp_path), runtime="onnxruntime")
 
 
 def test_both_libraries_agree(tmp_path: Path) -> None:
@@ -209,7 +209,7 @@ def test_a_mistake_in_the_manifest_is_named(
 
 def test_a_wrench_belongs_to_the_force_step(tmp_path: Path) -> None:
     wrench = {"quantity": "wrench", "unit": "N", "names": ["fx", "fy", "fz", "tz"]}
-    assert "use core.force_cnn" in fails(network(tmp_path, count=4, output=wrench))
+    assert "use networks.force_cnn" in fails(network(tmp_path, count=4, output=wrench))
 
 
 @pytest.mark.parametrize(

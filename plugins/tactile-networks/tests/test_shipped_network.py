@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import sensor_profiles
-from tactile_core.builtin.networks.manifest import NetworkFile
-from tactile_core.builtin.networks.network_step import ForceNetwork
+import tactile_networks
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference
+from tactile_networks.manifest import NetworkFile
+from tactile_networks.steps import ForceNetwork
 from tactile_sim.stage import VirtualStage, vary
 
-FOLDER = Path(sensor_profiles.DIRECTORY) / "networks"
+FOLDER = Path(tactile_networks.__file__).parent / "shipped"
 UNSEEN_UNIT = 20_001
 LARGEST_BYTES = 5_000_000
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactile_core.algorithms.slopes.network import normalise_planes, shrunk_planes, tensor
+from tactile_networks.planes import normalise_planes, shrunk_planes, tensor
 
 
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(0, 2**32 - 1))

@@ -247,7 +247,7 @@ class OnnxRuntimeNetwork(LoadedNetwork):
             import onnxruntime
         except ImportError:
             raise LibraryMissing(
-                "'runtime: onnxruntime' needs ONNX Runtime: pip install 'tactile-core[onnx]'"
+                "'runtime: onnxruntime' needs ONNX Runtime: pip install onnxruntime"
             ) from None
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1

@@ -1,4 +1,4 @@
-"""``core.onnx`` and ``core.force_cnn``: steps that run a network."""
+"""``networks.onnx`` and ``networks.force_cnn``: steps that run a network."""
 
 from __future__ import annotations
 
@@ -12,18 +12,6 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.types import Array, Float32, Float64
-from tactile_core.algorithms.slopes.network import normalise_planes, shrunk_planes, tensor
-from tactile_core.builtin.networks.manifest import (
-    WRENCH,
-    LoadedNetwork,
-    NetworkFile,
-    Numbers,
-    Planes,
-    Runtime,
-    Source,
-    load_network,
-    try_network,
-)
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
@@ -36,6 +24,18 @@ from tactile_core.quantities import (
     Reference,
     Wrench,
 )
+from tactile_networks.manifest import (
+    WRENCH,
+    LoadedNetwork,
+    NetworkFile,
+    Numbers,
+    Planes,
+    Runtime,
+    Source,
+    load_network,
+    try_network,
+)
+from tactile_networks.planes import normalise_planes, shrunk_planes, tensor
 
 
 class NetworkInputs:
@@ -196,7 +196,7 @@ class Onnx(Estimator):
 
         manifest: Path = Field(description="YAML beside the .onnx.")
         runtime: Runtime = Field(
-            default="opencv", description="opencv, or onnxruntime from the extra onnx."
+            default="opencv", description="opencv, or onnxruntime from the extra of that name."
         )
 
     stateful = True
@@ -207,8 +207,8 @@ class Onnx(Estimator):
         file = NetworkFile(options.manifest)
         if file.manifest.output.quantity != "vector":
             raise InputError(
-                f"core.onnx gives a vector and {options.manifest} describes a wrench; "
-                f"use core.force_cnn for it"
+                f"networks.onnx gives a vector and {options.manifest} describes a wrench; "
+                f"use networks.force_cnn for it"
             )
         self._step = NetworkStep(file, context.image, options.runtime)
 
@@ -239,7 +239,7 @@ class Onnx(Estimator):
         return NetworkOutput(found, output.names, output.unit, frame.timestamp_s)
 
 
-# Networks that come with the profiles; `sensor_profiles/networks` holds their data sheets.
+# Networks that come with the package; `shipped` holds their data sheets.
 Shipped = Literal["hex_fingertip_virtual"]
 
 
@@ -262,7 +262,7 @@ class ForceNetwork(Estimator):
             description="YAML beside the .onnx, or the name of a network that is shipped."
         )
         runtime: Runtime = Field(
-            default="opencv", description="opencv, or onnxruntime from the extra onnx."
+            default="opencv", description="opencv, or onnxruntime from the extra of that name."
         )
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
@@ -272,13 +272,13 @@ class ForceNetwork(Estimator):
         output = file.manifest.output
         if output.quantity != "wrench":
             raise InputError(
-                f"core.force_cnn needs a network that gives a wrench, and {file.path} describes a "
-                f"{output.quantity}; use core.onnx for it"
+                f"networks.force_cnn needs a network that gives a wrench, and {file.path} "
+                f"describes a {output.quantity}; use networks.onnx for it"
             )
         if file.manifest.input.frames > 1:
             raise InputError(
-                f"core.force_cnn takes one frame at a time, and {file.path} asks for "
-                f"{file.manifest.input.frames}; use core.onnx for it"
+                f"networks.force_cnn takes one frame at a time, and {file.path} asks for "
+                f"{file.manifest.input.frames}; use networks.onnx for it"
             )
         self._step = NetworkStep(file, context.image, options.runtime)
         self._per_mpa = 1.0
@@ -286,7 +286,7 @@ class ForceNetwork(Estimator):
             modulus = context.gel.shear_modulus_mpa
             if modulus is None:
                 raise InputError(
-                    "core.force_cnn estimates force relative to the gel's stiffness: give "
+                    "networks.force_cnn estimates force relative to the gel's stiffness: give "
                     "gel.shear_modulus_mpa in the profile, or leave this step out"
                 )
             self._per_mpa = modulus
@@ -334,5 +334,5 @@ class ForceNetwork(Estimator):
 
 def _path(manifest: Path | str) -> Path:
     if manifest in get_args(Shipped):
-        return Path(str(files("sensor_profiles"))) / "networks" / f"{manifest}.yaml"
+        return Path(str(files("tactile_networks"))) / "shipped" / f"{manifest}.yaml"
     return Path(manifest)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from support.onnx_network import written_network
 
-from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.errors import InputError
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Frame, Reference, Wrench
+from tactile_networks.steps import ForceNetwork
 
 IMAGE = ImageSection(width_px=8, height_px=6, mm_per_px=0.1)
 INPUT = {"width_px": 1, "height_px": 1, "planes": [{"of": "frame", "background": "difference"}]}
@@ -87,7 +87,7 @@ def test_a_tare_subtracts_the_load_until_the_reset(tmp_path: Path) -> None:
 
 
 def test_a_vector_belongs_to_the_other_step(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"use core\.onnx for it"):
+    with pytest.raises(InputError, match=r"use networks\.onnx for it"):
         step(manifest(tmp_path, {"quantity": "vector"}))
 
 

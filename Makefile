@@ -6,12 +6,12 @@ PARALLEL := --numprocesses $(shell $(PYTHON) -c "import os; print(os.cpu_count()
 FURTHER := 3.12 3.13 3.14
 PYENV := $(subst $() $(),:,$(wildcard $(shell pyenv root 2>/dev/null)/versions/*/bin))
 # What another Python or numpy may break: annotations, every kind of output, one plugin of each kind, the public names.
-PORTABLE := tests/algorithms/arrays/test_annotations.py tests/quantities tests/formats tests/plugins tests/interfaces tests/profiles \
+PORTABLE = tests/algorithms/arrays/test_annotations.py tests/quantities tests/formats tests/plugins tests/interfaces tests/profiles \
     tests/recordings/test_recorded_formats.py tests/recordings/test_inputs.py tests/recordings/test_saved_inputs.py \
     tests/builtin/test_result_files.py tests/pipeline/test_chain.py tests/pipeline/test_pipeline.py \
-    tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard plugins/*/tests/test_*_conformance.py) \
+    tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard $(WITH_PORTABLE:%=%/tests/test_*_conformance.py)) \
     plugins/tactile-lerobot plugins/tactile-rosbag
-WITH_PORTABLE := $(SHIPPED) plugins/tactile-lerobot plugins/tactile-rosbag
+WITH_PORTABLE = $(SHIPPED) plugins/tactile-lerobot plugins/tactile-rosbag
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.

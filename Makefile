@@ -96,8 +96,8 @@ soak-alone: .venv/installed
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests/hardware
 
 # The rest, two at a time, as most wait for devices.
-soak-together: .venv/installed .venv-tactile-dslr/installed
-	TACTILE_SOAK=$(SOAK) .venv-tactile-dslr/bin/python -m pytest -m soak -rP plugins/tactile-dslr
+soak-together: .venv/installed .venv-tactile-cluster/installed .venv-tactile-dslr/installed
+	for name in tactile-cluster tactile-dslr; do TACTILE_SOAK=$(SOAK) .venv-$$name/bin/python -m pytest -m soak -rP plugins/$$name || exit; done
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.

@@ -77,6 +77,12 @@ def tactile_simulators() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_clusters() -> Mapping[str, str]:
+    """Clusters: subclasses of :class:`tactile_core.interfaces.cluster.Cluster`."""
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_commands() -> Mapping[str, str]:
     """Commands of ``tactile``: ``{"my-command": "module:function"}``.
 

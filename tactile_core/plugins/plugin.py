@@ -27,6 +27,7 @@ ComponentKind = Literal[
     "sink",
     "recording_format",
     "simulator",
+    "cluster",
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.artefact import Artefact
     from tactile_core.interfaces.calibration import Calibrator
     from tactile_core.interfaces.camera import Camera
+    from tactile_core.interfaces.cluster import Cluster
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.light_driver import LightDriver
@@ -125,6 +126,8 @@ def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 def resolve(kind: Literal["recording_format"], name: str) -> type[RecordingFormat]: ...
 @overload
 def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
+@overload
+def resolve(kind: Literal["cluster"], name: str) -> type[Cluster]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 

@@ -32,7 +32,7 @@ _UNKNOWN = "no_such_option"  # Name of an option that no component has
 
 # Kinds of components that are constructed from options.
 CONSTRUCTIBLE: tuple[ComponentKind, ...] = tuple(
-    kind for kind in KINDS if kind not in ("artefact", "recording_format", "simulator")
+    kind for kind in KINDS if kind not in ("artefact", "cluster", "recording_format", "simulator")
 )
 
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 import re
 import signal
-import sys
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import cv2
+import distributed
 import pytest
 from support.many_recordings import many_recordings
 from support.virtual_lab import VirtualLab
 
+from tactile_cluster.dask_cluster import ClusterError
 from tactile_core.errors import InputError
-from tactile_core.pipeline.batch.batch import Batch, ClusterError, measured_in_one_thread
+from tactile_core.pipeline.batch.batch import Batch
 from tactile_core.pipeline.batch.recording_job import MeasuredRecording
 
 NAMES = ("lift_1", "lift_2", "lift_3")
@@ -26,7 +26,6 @@ NAMES = ("lift_1", "lift_2", "lift_3")
 @pytest.fixture
 def address() -> Iterator[str]:
     """Address of the scheduler of a cluster of two processes with one thread each."""
-    distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
     ) as cluster:
@@ -71,35 +70,10 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(
     assert all(one.earlier for one in again)
 
 
-def test_a_worker_measures_in_one_thread_as_the_cluster_expects(
-    lab: VirtualLab, tmp_path: Path
-) -> None:
-    inputs = many_recordings(lab, tmp_path / "recordings", frames=1)
-    (job, *_) = batch(lab, inputs, None).jobs
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(2)
-    try:
-        found = measured_in_one_thread(job)
-        assert (found.failure, found.observations) == ("", 1)
-        assert cv2.getNumThreads() == 1
-    finally:
-        cv2.setNumThreads(before)
-
-
-def test_an_absent_library_is_one_sentence(
-    lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    inputs = many_recordings(lab, tmp_path / "recordings", frames=1)
-    with pytest.raises(InputError, match=r"pip install 'tactile-core\[cluster\]'"):
-        list(batch(lab, inputs, None).measure(cluster="tcp://127.0.0.1:1"))
-
-
 def test_a_cluster_that_does_not_answer_is_one_sentence(
     lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
-    monkeypatch.setattr("tactile_core.pipeline.batch.batch._PATIENCE_S", 0.2)
+    monkeypatch.setattr("tactile_cluster.dask_cluster._PATIENCE_S", 0.2)
     inputs = many_recordings(lab, tmp_path / "recordings", frames=1)
     with pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:1"):
         list(batch(lab, inputs, None).measure(cluster="tcp://127.0.0.1:1"))

@@ -6,17 +6,17 @@ PARALLEL := --numprocesses $(shell $(PYTHON) -c "import os; print(os.cpu_count()
 FURTHER := 3.12 3.13 3.14
 PYENV := $(subst $() $(),:,$(wildcard $(shell pyenv root 2>/dev/null)/versions/*/bin))
 # What another Python or numpy may break: annotations, every kind of output, one plugin of each kind, the public names.
-PORTABLE := tests/algorithms/arrays/test_annotations.py tests/quantities tests/formats tests/plugins tests/interfaces tests/profiles \
+PORTABLE = tests/algorithms/arrays/test_annotations.py tests/quantities tests/formats tests/plugins tests/interfaces tests/profiles \
     tests/recordings/test_recorded_formats.py tests/recordings/test_inputs.py tests/recordings/test_saved_inputs.py \
     tests/builtin/test_result_files.py tests/pipeline/test_chain.py tests/pipeline/test_pipeline.py \
-    tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard plugins/*/tests/test_*_conformance.py) \
+    tests/docs/test_pages.py::test_the_promised_names_are_the_public_names $(wildcard $(WITH_PORTABLE:%=%/tests/test_*_conformance.py)) \
     plugins/tactile-lerobot plugins/tactile-rosbag
-WITH_PORTABLE := $(SHIPPED) plugins/tactile-lerobot plugins/tactile-rosbag
+WITH_PORTABLE = $(SHIPPED) plugins/tactile-lerobot plugins/tactile-rosbag
 TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-sort=name
 SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
-SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip sim live)
+SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip genicam hdf5 sim live networks)
 OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -30,7 +30,7 @@ demo: .venv/installed
 test: .venv/installed
 	$(BIN)/python -m pytest $(PARALLEL)
 
-# The distributions that bring large libraries: make test-others, or one of them by its name, as in make test-tactile-train.
+# The distributions that bring large libraries, or one that few need: make test-others, or one of them by its name, as in make test-tactile-train.
 test-others: $(OTHERS:plugins/%=test-%)
 
 $(OTHERS:plugins/%=test-%): test-%: .venv-%/installed
@@ -56,8 +56,8 @@ test-hardware: .venv/installed
 
 # Exports, read back by the programs that they are for; their packages are large.
 test-exports: .venv/installed .venv-lerobot/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record,rerun]' -e plugins/tactile-lerobot -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
-	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rosbag tests/recordings/hdf5 tests/builtin/test_rerun_log.py tests/cli/test_convert.py
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record]' -e plugins/tactile-lerobot -e plugins/tactile-rerun -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
+	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rerun plugins/tactile-rosbag plugins/tactile-hdf5 tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed
@@ -96,7 +96,8 @@ soak-alone: .venv/installed
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest -m soak -s tests/hardware
 
 # The rest, two at a time, as most wait for devices.
-soak-together: .venv/installed
+soak-together: .venv/installed .venv-tactile-cluster/installed .venv-tactile-dslr/installed
+	for name in tactile-cluster tactile-dslr; do TACTILE_SOAK=$(SOAK) .venv-$$name/bin/python -m pytest -m soak -rP plugins/$$name || exit; done
 	TACTILE_SOAK=$(SOAK) $(ONE_CORE) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m soak -rP --ignore=tests/hardware
 
 # Thousands of bad inputs and faults; FUZZ='--seed 7' tries others, '--case ID' one of them again.

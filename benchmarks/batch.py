@@ -57,7 +57,7 @@ def main() -> None:
             "processes", [[in_processes(place, n) for n in (1, 2)] for _ in range(given.rounds)]
         )
         if find_spec("distributed") is None:
-            print("dask is not installed; pip install 'tactile-core[cluster]'")
+            print("dask is not installed; pip install plugins/tactile-cluster")
             return
         compared(
             "dask workers", [[on_cluster(place, n) for n in (1, 2)] for _ in range(given.rounds)]

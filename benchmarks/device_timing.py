@@ -28,13 +28,13 @@ from support.lit_gel import EmulatedShutter, LitBox, LitGel
 from support.mjpeg_server import Exchange, MjpegServer
 
 from tactile_core.acquisition.acquisition import Acquisition
-from tactile_core.builtin.cameras.genicam_camera import GenicamCamera, GenicamOptions
 from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.errors import CameraTimeout
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import make_devices
 from tactile_core.profiles.loader import load_profile
+from tactile_genicam.camera import GenicamCamera, GenicamOptions
 
 PERIOD_S = 1 / 30
 EXPOSURE_S = 0.005
@@ -73,7 +73,7 @@ def print_rates(count: int) -> None:
         ("software trigger and dark", "software", True),
     ):
         driver = {"use": "core.serial_leds", "port": box.port, "lights": LIGHTS}
-        camera = {"use": "core.genicam", "address": ADDRESS, "region": [0, 0, width, height]}
+        camera = {"use": "genicam.camera", "address": ADDRESS, "region": [0, 0, width, height]}
         camera |= {"exposure_time_s": EXPOSURE_S, "trigger": trigger}
         camera |= {"fps": 1 / PERIOD_S} if trigger == "none" else {}
         lights = {"illumination": {"dark": dark, "driver": driver}}
@@ -163,7 +163,7 @@ def gige(light: BlinkingLight) -> Iterator[Mapping[str, Any]]:
     height, width, _ = light.expose().shape
     with PaintedCamera("BLINK", lambda _: light.expose(), 3 * width * height):
         yield {
-            "use": "core.genicam", "address": ADDRESS, "region": [0, 0, width, height],
+            "use": "genicam.camera", "address": ADDRESS, "region": [0, 0, width, height],
             "pixel_format": "RGB8", "fps": 1 / PERIOD_S, "exposure_time_s": EXPOSURE_S,
         }  # fmt: skip
 
@@ -199,7 +199,7 @@ def print_latency(blinks: int, size_px: tuple[int, int]) -> None:
     print(
         "\nms                  exposure  period  processing  latency  (90 %)   limit  stamp error"
     )
-    for label, camera in (("core.genicam", gige), ("core.stream, MJPEG", mjpeg)):
+    for label, camera in (("genicam.camera", gige), ("core.stream, MJPEG", mjpeg)):
         light = BlinkingLight(np.ascontiguousarray(unit.frames[0].pixels), blinks)
         with camera(light) as devices:
             found = latency(unit, light, devices, blinks)

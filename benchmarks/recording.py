@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from support.mjpeg_server import MjpegProcess
 
 from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.recording_format import ImageEntry
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import Devices, make_lights
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
-from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.source import recording_file
 from tactile_sim import VirtualStage
 

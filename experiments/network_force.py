@@ -1,8 +1,8 @@
 """Force by the shipped network on other units: ``python -m experiments.network_force``.
 
 Presses the review's unseen objects on virtual units of the hexagonal fingertip that nothing was
-trained or chosen on, through ``core.force_cnn``. Prints R², coverage of the standard deviations, in
-all and by fifths of them, and the processor time of the step.
+trained or chosen on, through ``networks.force_cnn``. Prints R², coverage of the standard
+deviations, in all and by fifths of them, and the processor time of the step.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from time import thread_time
 import cv2
 import numpy as np
 
-from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference
+from tactile_networks.steps import ForceNetwork
 from tactile_train.samples import sample_size
 from tactile_train.scores import force_scores
 from tactile_train.virtual_forces import UNSEEN_OBJECTS, ForceUnit

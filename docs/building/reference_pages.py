@@ -33,7 +33,7 @@ FURTHER = {
         "tactile_core.recordings.recording.open_recording",
         "tactile_core.recordings.recording.Recording",
         "tactile_core.recordings.running_recording.RunningRecording",
-        "tactile_core.recordings.recorder.RecordedSession",
+        "tactile_core.interfaces.recording_writer.RecordedSession",
         "tactile_core.recordings.recovery.recover",
     ),
 }

@@ -14,9 +14,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 def tactile_cameras() -> Mapping[str, str]:
     """Cameras of the core."""
     return {
-        "dslr": "tactile_core.builtin.cameras.dslr_camera:DslrCamera",
         "folder": "tactile_core.builtin.cameras.folder_camera:FolderCamera",
-        "genicam": "tactile_core.builtin.cameras.genicam_camera:GenicamCamera",
         "replay": "tactile_core.builtin.sequential:ReplayCamera",
         "stream": "tactile_core.builtin.cameras.stream_camera:StreamCamera",
         "uvc": "tactile_core.builtin.cameras.uvc_camera:UvcCamera",
@@ -73,14 +71,12 @@ def tactile_estimators() -> Mapping[str, str]:
         "contact": "tactile_core.builtin.contact:Contact",
         "contact_shear": "tactile_core.builtin.optical_flow:ShearOfContact",
         "displacement": "tactile_core.builtin.contact:Displacement",
-        "force_cnn": "tactile_core.builtin.networks.network_step:ForceNetwork",
         "force_elastic": "tactile_core.builtin.force_elastic:ElasticForce",
         "force_linear": "tactile_core.builtin.force_linear:LinearForce",
         "friction": "tactile_core.builtin.imprint_motion:FrictionEstimator",
         "imprint_motion": "tactile_core.builtin.imprint_motion:MotionOfImprint",
         "load": "tactile_core.builtin.contact:Load",
         "markers": "tactile_core.builtin.contact:MarkerDetection",
-        "onnx": "tactile_core.builtin.networks.network_step:Onnx",
         "optical_flow": "tactile_core.builtin.optical_flow:OpticalFlow",
         "poisson": "tactile_core.builtin.poisson:Poisson",
         "robust_poisson": "tactile_core.builtin.poisson:RobustPoisson",
@@ -98,6 +94,5 @@ def tactile_sinks() -> Mapping[str, str]:
         "tmd": "tactile_core.builtin.result_files:Heights",
         "png": "tactile_core.builtin.result_files:Pictures",
         "ply": "tactile_core.builtin.result_files:Mesh",
-        "rerun": "tactile_core.builtin.rerun_log:RerunLog",
         "record": "tactile_core.builtin.result_files:Record",
     }

@@ -24,10 +24,10 @@ from tactile_core.conditioning.conditioning import Conditioning, is_sequential
 from tactile_core.errors import InputError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration, Calibrator, Progress
+from tactile_core.interfaces.recording_format import EventEntry
 from tactile_core.plugins.options import fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.recordings.recording_file import EventEntry
 from tactile_core.recordings.source import is_recorded, recording_file
 
 

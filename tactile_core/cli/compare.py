@@ -29,9 +29,9 @@ def compare(
         typer.Option(
             metavar="STEP=USE",
             help="One variant: the profile with another estimator in this step "
-            "(height=core.robust_poisson, or with options 'force={use: core.force_cnn, manifest: "
-            "net.yaml}'), or with another bundle (calibration=FOLDER). Repeat it for more "
-            "variants; each changes the original profile.",
+            "(height=core.robust_poisson, or with options 'force={use: networks.force_cnn, "
+            "manifest: net.yaml}'), or with another bundle (calibration=FOLDER). Repeat it for "
+            "more variants; each changes the original profile.",
         ),
     ] = None,
     bundle: BundlePath = None,

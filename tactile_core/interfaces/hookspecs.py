@@ -62,6 +62,15 @@ def tactile_sinks() -> Mapping[str, str]:
 
 
 @hookspec
+def tactile_recording_formats() -> Mapping[str, str]:
+    """Recording formats, each named by the ending of its files: ``{"h5": "module:Class"}``.
+
+    Subclasses of :class:`tactile_core.interfaces.recording_format.RecordingFormat`.
+    """
+    raise NotImplementedError
+
+
+@hookspec
 def tactile_simulators() -> Mapping[str, str]:
     """Simulators: subclasses of :class:`tactile_core.interfaces.simulator.Simulator`."""
     raise NotImplementedError
@@ -70,6 +79,12 @@ def tactile_simulators() -> Mapping[str, str]:
 @hookspec
 def tactile_importers() -> Mapping[str, str]:
     """Importers: subclasses of :class:`tactile_core.interfaces.importer.Importer`."""
+    raise NotImplementedError
+
+
+@hookspec
+def tactile_clusters() -> Mapping[str, str]:
+    """Clusters: subclasses of :class:`tactile_core.interfaces.cluster.Cluster`."""
     raise NotImplementedError
 
 

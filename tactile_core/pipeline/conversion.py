@@ -12,6 +12,8 @@ from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import InputError, PluginError
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
 from tactile_core.interfaces.calibration import Progress
+from tactile_core.interfaces.recording_format import EventEntry, RecordingFile
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.sink import Reading, Sink
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import recorded_session
@@ -22,11 +24,15 @@ from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
 from tactile_core.recordings.inputs import Inputs
 from tactile_core.recordings.output_folder import OutputFolder
-from tactile_core.recordings.recorder import RecordedImage
-from tactile_core.recordings.recording_file import EventEntry, RecordingFile
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.session_files import profile_of
-from tactile_core.recordings.source import copy_writer, is_recorded, recording_file, writes
+from tactile_core.recordings.source import (
+    copy_formats,
+    copy_writer,
+    is_recorded,
+    recording_file,
+    writes,
+)
 
 
 def keep_recording(
@@ -130,8 +136,8 @@ def convert(
     source : Path
         A recording, or images or a video with their ``profile``.
     out : Path
-        Does not exist. Its ending decides: ``.mcap``, ``.h5``, none for a folder of images, or the
-        ending of a sink.
+        Does not exist. Its ending decides: ``.mcap``, none for a folder of images, or the ending of
+        a plugin's recording format, such as ``.h5``, or of a sink.
     profile : Profile or str, optional
         Default: that in the recording.
     sink : str, optional
@@ -175,7 +181,7 @@ def convert(
 
 
 # Sinks of other distributions of this project that write one file or folder for a session.
-_WRITTEN_BY = {".lerobot": "lerobot.dataset", ".rosbag": "rosbag.bag"}
+_WRITTEN_BY = {".lerobot": "lerobot.dataset", ".rosbag": "rosbag.bag", ".rrd": "rerun.log"}
 
 
 def session_sinks() -> Iterator[tuple[str, type[Sink]]]:
@@ -198,7 +204,7 @@ def _sink_for(out: Path) -> str:
     if found is None and ending in _WRITTEN_BY:
         resolve("sink", _WRITTEN_BY[ending])  # its error names the pip command
     if found is None:
-        known = ", ".join([".mcap", ".h5", *endings])
+        known = ", ".join([".mcap", *copy_formats(), *endings])
         raise InputError(
             f"nothing writes {out.suffix} files; end the output in {known}, or in nothing for a "
             f"folder of images, or name a sink with --sink"

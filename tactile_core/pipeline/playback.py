@@ -15,6 +15,7 @@ from tactile_core.interfaces.component import Component, SensorBuild
 from tactile_core.interfaces.gel import markers_misfit
 from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.light_driver import LightDriver
+from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import resolve
@@ -22,7 +23,6 @@ from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recorded_source import RecordedSource
-from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.recording import open_recording
 from tactile_core.recordings.session_files import profile_of
 from tactile_core.recordings.source import is_recorded, recording_file

@@ -12,6 +12,7 @@ from tactile_core.acquisition.acquisition import CAMERA, average
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import CameraLost, InputError
 from tactile_core.interfaces.camera import Camera, Drop
+from tactile_core.interfaces.recording_writer import RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_source import FrameSource, Measurement
 from tactile_core.pipeline.health import Health
@@ -24,7 +25,6 @@ from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
 from tactile_core.recordings.recorded_source import RecordedSource
-from tactile_core.recordings.recorder import RecordingWriter
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.source import recording_writer
 

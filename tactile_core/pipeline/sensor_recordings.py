@@ -10,6 +10,7 @@ from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import VIRTUAL_CAMERA
+from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.image_queue import Tap
 from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
@@ -17,7 +18,6 @@ from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.quantities import Frame, Image, Reference
-from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.session_files import bundle_content, profile_text
 

@@ -12,7 +12,7 @@ from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading, Recorder, ResultFolder, Session, Sink
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.blame import blame, blame_of
-from tactile_core.plugins.earlier_names import COMPONENTS
+from tactile_core.plugins.earlier_names import COMPONENTS, MOVED
 from tactile_core.plugins.options import options_of
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.model import Profile
@@ -145,7 +145,10 @@ def _component(profile: Profile, name: str) -> Component:
         return next(described, Component(use=name))
     known: Mapping[str, str] = find_plugin(CORE).components("sink")
     of_core = f"{CORE}.{name}"
-    if name not in known and of_core not in COMPONENTS:  # resolving says what to write instead
+    if name not in known and of_core not in (
+        *COMPONENTS,
+        *MOVED,
+    ):  # resolving says what to write instead
         choices: Iterable[str] = dict.fromkeys([*profile.sinks, *known])
         raise InputError(
             f"there is no sink {name!r}; choose from {', '.join(choices)}, or name a plugin's "

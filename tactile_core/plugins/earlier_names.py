@@ -9,8 +9,17 @@ COMPONENTS: Mapping[str, str] = {
     "core.hdf5": "save 'record', which 'tactile convert' turns into HDF5",
     "core.shear_release": "remove the step, which 'core.slip' does not need any more",
     "core.tracking": "write 'core.marker_tracking'",
-    "core.virtual": "write 'sim.virtual', of the distribution tactile-sim",
-    "core.virtual_hand": "write 'sim.hand', of the distribution tactile-sim",
+}
+
+# Components that have left the core for distributions of their own, and their names there.
+MOVED: Mapping[str, str] = {
+    "core.dslr": "dslr.camera",
+    "core.force_cnn": "networks.force_cnn",
+    "core.genicam": "genicam.camera",
+    "core.onnx": "networks.onnx",
+    "core.rerun": "rerun.log",
+    "core.virtual": "sim.virtual",
+    "core.virtual_hand": "sim.hand",
 }
 
 # By the component, or by the keys of the mapping that held the key.

@@ -25,8 +25,10 @@ ComponentKind = Literal[
     "artefact",
     "estimator",
     "sink",
+    "recording_format",
     "simulator",
     "importer",
+    "cluster",
 ]
 KINDS: tuple[ComponentKind, ...] = get_args(ComponentKind)
 

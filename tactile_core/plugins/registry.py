@@ -18,7 +18,7 @@ import tactile_core
 from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins.earlier_names import COMPONENTS
+from tactile_core.plugins.earlier_names import COMPONENTS, MOVED
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalize_name
 from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
@@ -27,10 +27,12 @@ if TYPE_CHECKING:
     from tactile_core.interfaces.artefact import Artefact
     from tactile_core.interfaces.calibration import Calibrator
     from tactile_core.interfaces.camera import Camera
+    from tactile_core.interfaces.cluster import Cluster
     from tactile_core.interfaces.estimator import Estimator
     from tactile_core.interfaces.illumination import Illumination
     from tactile_core.interfaces.importer import Importer
     from tactile_core.interfaces.light_driver import LightDriver
+    from tactile_core.interfaces.recording_format import RecordingFormat
     from tactile_core.interfaces.simulator import Simulator
     from tactile_core.interfaces.sink import Sink
 
@@ -114,9 +116,13 @@ def resolve(kind: Literal["estimator"], name: str) -> type[Estimator]: ...
 @overload
 def resolve(kind: Literal["sink"], name: str) -> type[Sink]: ...
 @overload
+def resolve(kind: Literal["recording_format"], name: str) -> type[RecordingFormat]: ...
+@overload
 def resolve(kind: Literal["simulator"], name: str) -> type[Simulator]: ...
 @overload
 def resolve(kind: Literal["importer"], name: str) -> type[Importer]: ...
+@overload
+def resolve(kind: Literal["cluster"], name: str) -> type[Cluster]: ...
 def resolve(kind: ComponentKind, name: str) -> type:
     """Return the class of the component ``plugin.name``.
 
@@ -137,6 +143,12 @@ def resolve(kind: ComponentKind, name: str) -> type:
     """
     plugin_name, dot, component = name.partition(".")
     wanted = f"{kind_in_words(kind)} {name!r}"
+    if name in MOVED:
+        package = _package_of(MOVED[name].partition(".")[0])
+        raise PluginError(
+            f"{wanted} is {MOVED[name]!r} now, which 'pip install {_source_of(package)}' installs; "
+            f"write the new name"
+        )
     if not dot or not component:
         example = f"{_CORE.name}.{plugin_name or 'name'}"
         raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
@@ -281,7 +293,7 @@ def _foreign_offers() -> list[Offer]:
 def _offer(plugin_name: str, wanted_by: str) -> Offer:
     if plugin_name == _CORE.name:
         return _CORE
-    package = "tactile-" + plugin_name.replace("_", "-")
+    package = _package_of(plugin_name)
     offers = _foreign_offers()
     named = [
         offer
@@ -352,8 +364,18 @@ def _missing(plugin_name: str, package: str, wanted_by: str, installed: list[str
 
     near = get_close_matches(plugin_name, [_CORE.name, *installed], n=1)
     meant = f"did you mean {near[0]!r}? Otherwise " if near else ""
-    beside = Path(tactile_core.__file__).parents[1] / "plugins" / package  # in a clone
     return (
         f"{wanted_by} needs the plugin {plugin_name!r}, which is not installed; "
-        f"{meant}run 'pip install {beside if beside.is_dir() else package}'"
+        f"{meant}run 'pip install {_source_of(package)}'"
     )
+
+
+def _package_of(plugin_name: str) -> str:
+    """Return the distribution of a plugin, if it is named as this project's are."""
+    return "tactile-" + plugin_name.replace("_", "-")
+
+
+def _source_of(package: str) -> str:
+    """Return what pip installs a distribution from: its folder in a clone, or its name."""
+    beside = Path(tactile_core.__file__).parents[1] / "plugins" / package
+    return str(beside if beside.is_dir() else package)

@@ -10,10 +10,7 @@ from pathlib import Path
 from tactile_core.errors import InputError
 from tactile_core.formats.images import ImageKind
 from tactile_core.formats.npz import read_quantities
-from tactile_core.quantities import Frame, Quantity, Reference
-from tactile_core.recordings.output_folder import safe_stem
-from tactile_core.recordings.recorder import RecordedSession
-from tactile_core.recordings.recording_file import (
+from tactile_core.interfaces.recording_format import (
     MEASURED,
     REFERENCE,
     RESUMED,
@@ -21,6 +18,9 @@ from tactile_core.recordings.recording_file import (
     ImageEntry,
     RecordingFile,
 )
+from tactile_core.interfaces.recording_writer import RecordedSession
+from tactile_core.quantities import Frame, Quantity, Reference
+from tactile_core.recordings.output_folder import safe_stem
 from tactile_core.recordings.session_files import own_reference
 from tactile_core.recordings.source import Observation, ObservationSource
 

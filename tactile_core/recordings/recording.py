@@ -17,8 +17,8 @@ from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
 from tactile_core.formats.video import VIDEO_SUFFIXES, open_video
+from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.recordings.recorded_source import RecordedSource
-from tactile_core.recordings.recorder import RecordedSession
 from tactile_core.recordings.session_files import sorted_by_name
 from tactile_core.recordings.source import (
     Files,
@@ -133,7 +133,7 @@ def open_recording(
         ``scan.yaml`` or its folder; a folder of scan folders. For a light sequence also a folder
         with exactly one image per light, or a folder of such folders. A folder whose
         ``catalog.csv`` lists folders (``experiment_reldir``) is the images of these. Or what a
-        sensor recorded: an ``.mcap`` or ``.h5`` file, or a folder.
+        sensor recorded: an ``.mcap`` file, a folder, or a file of a plugin's recording format.
     images_per_observation : int
         Exposures per frame: 1, or the number of sequential lights.
     every : bool

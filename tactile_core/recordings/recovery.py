@@ -14,6 +14,7 @@ from tactile_core.formats.folders import rename_new
 from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.formats.text import printable
 from tactile_core.formats.video import VIDEO_SUFFIXES
+from tactile_core.interfaces.recording_format import RESUMED, ImageEntry
 from tactile_core.recordings.mcap.file import McapFile, later_reference
 from tactile_core.recordings.mcap.quantities import IMAGE_INFO
 from tactile_core.recordings.mcap.records import (
@@ -26,7 +27,6 @@ from tactile_core.recordings.mcap.records import (
 from tactile_core.recordings.mcap.writer import McapWriter
 from tactile_core.recordings.output_folder import safe_stem
 from tactile_core.recordings.recording import is_one_recording
-from tactile_core.recordings.recording_file import RESUMED, ImageEntry
 from tactile_core.recordings.session_files import sorted_by_name
 from tactile_core.recordings.source import is_recorded
 

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 from tactile_core.errors import words_of
 from tactile_core.interfaces.device import Closing
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Frame, Image, Quantity, Reference
 from tactile_core.quantities.array_form import size_change
-from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 
 
 class RecordingParameters(NamedTuple):

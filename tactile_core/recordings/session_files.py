@@ -19,12 +19,15 @@ from tactile_core.formats.catalog import hide_secrets
 from tactile_core.formats.npz import npz_arrays, npz_bytes
 from tactile_core.formats.text import yaml_text
 from tactile_core.formats.yaml_tree import mapping_of
+from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
-from tactile_core.recordings.recorder import RecordedSession
 
 # Names of the files of a session; those of the bundle begin with `bundle/`.
 SESSION, PROFILE, REFERENCE, BUNDLE = "session.json", "profile.yaml", "reference.npz", "bundle/"
+
+# Name of the list of images and events in a folder; it makes the folder a recording.
+LIST = "recording.jsonl"
 
 ESSENTIAL = SESSION, PROFILE  # Files without which no image can be measured
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,15 +14,16 @@ import numpy as np
 from tactile_core.algorithms.light.sequence import are_unrelated
 from tactile_core.errors import InputError
 from tactile_core.formats.files import is_file
-from tactile_core.formats.images import ImageKind, read_image
-from tactile_core.formats.video import NOMINAL_FPS, Video
+from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, read_image
+from tactile_core.formats.video import NOMINAL_FPS, VIDEO_SUFFIXES, Video
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.quantities import Image, Pixels
-from tactile_core.recordings.recording_file import LIST
-from tactile_core.recordings.session_files import times_of
+from tactile_core.recordings.session_files import LIST, times_of
 
 if TYPE_CHECKING:
-    from tactile_core.recordings.recorder import RecordingWriter
-    from tactile_core.recordings.recording_file import RecordingFile
+    from tactile_core.interfaces.recording_format import RecordingFile
+    from tactile_core.interfaces.recording_writer import RecordingWriter
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,18 +152,40 @@ class VideoSource(ObservationSource):
             yield Observation(name, (image,))
 
 
-# Endings of recordings that a sensor wrote; one without an ending is a folder.
-_LIVE, _COPY = ".mcap", ".h5"
+_LIVE = ".mcap"  # Ending of what a sensor records; a recording without an ending is a folder
+
+# Formats of other distributions of this project, by the endings of their files.
+_BROUGHT = {".h5": "hdf5.h5"}
+
+# Endings of what is certainly no recording, so that no plugin is imported for it.
+_OTHER = IMAGE_SUFFIXES | VIDEO_SUFFIXES | {"", ".csv", ".json", ".npz", ".txt", ".yaml", ".yml"}
+
+
+def copy_formats() -> Mapping[str, str]:
+    """Return the recording formats that plugins bring, ``plugin.name`` by the files' ending."""
+    found = dict(_BROUGHT)
+    for plugin in list_plugins():
+        for name in plugin.components.get("recording_format", ()):
+            found.setdefault(f".{name.lower()}", f"{plugin.name}.{name}")
+    return found
 
 
 def is_recorded(path: Path) -> bool:
     """Whether the path is that of a recording that a sensor wrote, judging by its name."""
-    return path.suffix.lower() in (_LIVE, _COPY) or is_file(path / LIST)
+    return path.suffix.lower() == _LIVE or _format_of(path) is not None or is_file(path / LIST)
 
 
 def writes(path: Path) -> bool:
     """Whether :func:`copy_writer` has a writer for a path: by its ending, or without one."""
-    return not path.suffix or path.suffix.lower() in (_LIVE, _COPY)
+    return path.suffix.lower() in ("", _LIVE) or _format_of(path) is not None
+
+
+def _format_of(path: Path) -> str | None:
+    """Return the name of the format that a plugin brings for a path; None without one."""
+    ending = path.suffix.lower()
+    if ending in _BROUGHT or ending in _OTHER or ending == _LIVE:
+        return _BROUGHT.get(ending)
+    return copy_formats().get(ending)
 
 
 def recording_writer(path: Path) -> RecordingWriter:
@@ -175,7 +198,7 @@ def recording_writer(path: Path) -> RecordingWriter:
     """
     if os.path.lexists(path):
         raise InputError(f"{path} already exists; name another file for the recording")
-    if path.suffix.lower() == _COPY:
+    if _format_of(path) is not None:
         raise InputError(
             f"{path}: a {path.suffix} file is not recorded, but written afterwards by 'tactile "
             f"convert'; record {path.with_suffix(_LIVE).name} first"
@@ -190,16 +213,22 @@ def recording_writer(path: Path) -> RecordingWriter:
 
 
 def copy_writer(path: Path) -> RecordingWriter:
-    """Return the writer of a copy of a recording: MCAP, HDF5, or a folder."""
-    match path.suffix.lower():
-        case ".mcap":
-            from tactile_core.recordings.mcap.writer import McapWriter
+    """Return the writer of a copy of a recording: MCAP, a plugin's format, or a folder.
 
-            return McapWriter(path)
-        case ".h5":
-            from tactile_core.recordings.hdf5.file import Hdf5Writer
+    Raises
+    ------
+    PluginError
+        The format's distribution is not installed, or broken.
+    """
+    name = _format_of(path)
+    if name is not None:
+        kind = resolve("recording_format", name)
+        with blame(f"the recording format {name!r}", kind):
+            return kind().write(path)
+    if path.suffix.lower() == _LIVE:
+        from tactile_core.recordings.mcap.writer import McapWriter
 
-            return Hdf5Writer(path)
+        return McapWriter(path)
     from tactile_core.recordings.folder.file import FolderWriter
 
     return FolderWriter(path)
@@ -212,16 +241,18 @@ def recording_file(path: Path) -> RecordingFile:
     ------
     InputError
         It is damaged, or not of the format that its name says.
+    PluginError
+        The format's distribution is not installed, or broken.
     """
-    match path.suffix.lower():
-        case ".mcap":
-            from tactile_core.recordings.mcap.file import McapFile
+    name = _format_of(path)
+    if name is not None:
+        kind = resolve("recording_format", name)
+        with blame(f"the recording format {name!r}", kind):
+            return kind().read(path)
+    if path.suffix.lower() == _LIVE:
+        from tactile_core.recordings.mcap.file import McapFile
 
-            return McapFile(path)
-        case ".h5":
-            from tactile_core.recordings.hdf5.file import Hdf5File
-
-            return Hdf5File(path)
+        return McapFile(path)
     from tactile_core.recordings.folder.file import FolderFile
 
     return FolderFile(path)

@@ -23,6 +23,7 @@ from tactile_core.testing.estimators import EstimatorChecks
 from tactile_core.testing.illuminations import IlluminationChecks, LightDriverChecks
 from tactile_core.testing.imports import Footprint, ImportChecks
 from tactile_core.testing.profiles import ProfileChecks
+from tactile_core.testing.recording_formats import RecordingFormatChecks
 from tactile_core.testing.registered import Part
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")  # Valid names of plugins in profiles
@@ -32,7 +33,9 @@ _UNKNOWN = "no_such_option"  # Name of an option that no component has
 
 # Kinds of components that are constructed from options.
 CONSTRUCTIBLE: tuple[ComponentKind, ...] = tuple(
-    kind for kind in KINDS if kind not in ("artefact", "simulator", "importer")
+    kind
+    for kind in KINDS
+    if kind not in ("artefact", "cluster", "importer", "recording_format", "simulator")
 )
 
 
@@ -142,6 +145,7 @@ class PluginConformance(
     CalibrationChecks,
     EstimatorChecks,
     SinkChecks,
+    RecordingFormatChecks,
     ProfileChecks,
 ):
     """Checks everything that a plugin registers; see docs/how-to/test-a-plugin.md.

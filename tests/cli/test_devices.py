@@ -75,7 +75,7 @@ def test_each_device_has_its_profiles_its_unit_and_who_holds_it(
 def test_a_camera_on_the_network_has_no_usb_id(
     desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    desk.plug("core.genicam", ConnectedDevice("192.168.0.7", "Basler acA2440", serial="40012345"))
+    desk.plug("genicam.camera", ConnectedDevice("192.168.0.7", "Basler acA2440", serial="40012345"))
     (entry,) = json.loads(run(capsys, "--json")[1])["devices"]
     assert (entry["usb_id"], entry["vendor_id"], entry["place"]) == (None, None, "192.168.0.7")
     assert entry["profiles"] == ["desktop_six_led", "desktop_three_colour"]
@@ -85,7 +85,7 @@ def test_what_can_be_listed_is_listed_and_the_rest_is_said_once(
     desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:
     desk.webcam("C310A001", "1-2.4")
-    desk.missing = dict.fromkeys(("core.uvc", "core.genicam"), "no libusb; install it")
+    desk.missing = dict.fromkeys(("core.uvc", "genicam.camera"), "no libusb; install it")
     code, out, err = run(capsys)
     assert code == 0
     assert "C310A001" in out

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from support.recordings import SESSION, image, written
 
-from tactile_core.errors import InputError
+from tactile_core.errors import InputError, PluginError
+from tactile_core.interfaces.recording_format import EventEntry, ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.sink import Reading
-from tactile_core.pipeline.conversion import convert, session_sinks
+from tactile_core.pipeline.conversion import convert
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.quantities import Reference
-from tactile_core.recordings.recorder import RecordedImage
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.source import copy_writer, recording_file
 
 KINDS = ("one.mcap", "one.h5", "one")
@@ -176,8 +176,11 @@ def test_an_unfinished_recording_becomes_a_finished_one(tmp_path: Path) -> None:
     writer.close()
 
 
-def test_the_core_has_a_sink_for_rerun() -> None:
-    endings = {kind.session_ending: name for name, kind in session_sinks()}
-    assert endings[".rrd"] == "rerun"
-    if find_spec("tactile_rosbag") is not None:
-        assert endings[".rosbag"] == "rosbag.bag"
+@pytest.mark.parametrize("plugin", ["lerobot", "rerun", "rosbag"])
+def test_an_absent_distribution_is_named_with_its_pip_command(tmp_path: Path, plugin: str) -> None:
+    if find_spec(f"tactile_{plugin}") is not None:
+        pytest.skip(f"tactile-{plugin} is installed")
+    written(tmp_path / "a.mcap", 1)
+    ending = {"rerun": "rrd"}.get(plugin, plugin)
+    with pytest.raises(PluginError, match=rf"run 'pip install \S*tactile-{plugin}'"):
+        convert(tmp_path / "a.mcap", tmp_path / f"b.{ending}")

@@ -29,10 +29,10 @@ from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import InputError
+from tactile_core.interfaces.recording_format import EventEntry, ImageEntry
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.recordings.recording import open_recording
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.running_recording import RunningRecording
 from tactile_core.recordings.source import recording_file
 

@@ -90,9 +90,9 @@ def test_objectfolder_has_no_markers() -> None:
         ("hex_fingertip", "core.uvc", None),
         ("hex_fingertip_domed", "core.uvc", None),
         ("baxter_fingertip_marked", "core.uvc", None),
-        ("desktop_six_led", "core.genicam", "core.serial_leds"),
+        ("desktop_six_led", "genicam.camera", "core.serial_leds"),
         ("desktop_six_led_portable", "core.uvc", "core.serial_leds"),
-        ("desktop_three_colour", "core.genicam", None),
+        ("desktop_three_colour", "genicam.camera", None),
     ],
 )
 def test_a_shipped_profile_opens_its_device(name: str, camera: str, driver: str | None) -> None:

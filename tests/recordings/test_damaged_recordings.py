@@ -16,13 +16,13 @@ from support.recordings import SESSION, image, written
 from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError
+from tactile_core.interfaces.recording_format import EventEntry, ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.pipeline.conversion import convert
 from tactile_core.recordings.mcap.records import RECORD, McapRecords
 from tactile_core.recordings.mcap.writer import McapWriter
 from tactile_core.recordings.recorded_source import RecordedSource
-from tactile_core.recordings.recorder import RecordedImage
 from tactile_core.recordings.recording import open_recording
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.session_files import bundle_of, own_reference
 from tactile_core.recordings.source import recording_file

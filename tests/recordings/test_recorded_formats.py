@@ -8,16 +8,19 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from support.own_plugins import Install
 from support.recordings import SESSION, image, write, written
 
-from tactile_core.errors import InputError
+from tactile_core.errors import InputError, PluginError, PluginFault
+from tactile_core.interfaces.recording_format import ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
+from tactile_core.pipeline.conversion import convert
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.recorder import RecordedImage
+from tactile_core.recordings import source
 from tactile_core.recordings.recording import open_recording
-from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.recovery import recover
-from tactile_core.recordings.source import recording_file, recording_writer
+from tactile_core.recordings.source import copy_writer, recording_file, recording_writer
 
 ENDINGS = (".mcap", "")
 each_format = pytest.mark.parametrize("ending", ENDINGS)
@@ -250,6 +253,48 @@ def test_a_place_that_cannot_be_recorded_to_is_refused(tmp_path: Path, name: str
     (tmp_path / "there.mcap").touch()
     with pytest.raises(InputError, match=r"name another|ends in"):
         recording_writer(tmp_path / name)
+
+
+OWN = """
+from tactile_core.interfaces.recording_format import RecordingFormat
+from tactile_core.recordings.folder.file import FolderFile, FolderWriter
+
+class Own(RecordingFormat):
+    def write(self, path):
+        return FolderWriter(path)
+    def read(self, path):
+        if (path / "broken").exists():
+            raise RuntimeError("no")
+        return FolderFile(path)
+"""
+
+
+def test_a_plugin_s_format_is_found_by_its_ending(tmp_path: Path, install: Install) -> None:
+    install("lab", {"own.py": OWN}, tactile_recording_formats={"own": "own_lab.own:Own"})
+    written(tmp_path / "a.mcap", 2)
+    convert(tmp_path / "a.mcap", tmp_path / "b.own")
+    for one, other in zip(
+        images_of(tmp_path / "b.own"), images_of(tmp_path / "a.mcap"), strict=True
+    ):
+        np.testing.assert_array_equal(one.pixels, other.pixels)
+    with pytest.raises(InputError, match=r"'tactile convert'; record c\.mcap first"):
+        recording_writer(tmp_path / "c.own")
+    (tmp_path / "b.own" / "broken").touch()
+    with pytest.raises(PluginFault, match=r"'lab\.own' .*tactile-lab"):
+        recording_file(tmp_path / "b.own")
+
+
+def test_a_format_whose_distribution_is_absent_is_named_with_its_pip_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(source, "_BROUGHT", {".xyz": "elsewhere.xyz"})
+    written(tmp_path / "a.mcap", 1)
+    for use in (
+        lambda: recording_file(tmp_path / "b.xyz"),
+        lambda: copy_writer(tmp_path / "b.xyz"),
+    ):
+        with pytest.raises(PluginError, match=r"'elsewhere\.xyz' .*pip install tactile-elsewhere"):
+            use()
 
 
 def test_hdf5_is_no_format_of_live_recordings(tmp_path: Path) -> None:

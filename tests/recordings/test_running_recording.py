@@ -22,15 +22,11 @@ from support.virtual_lab import VirtualLab
 from support.watching import until
 
 from tactile_core import open_sensor
+from tactile_core.interfaces.recording_format import EventEntry, ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.recorder import (
-    AppendedFile,
-    RecordedImage,
-    RecordedSession,
-    RecordingWriter,
-)
-from tactile_core.recordings.recording_file import EventEntry, ImageEntry
+from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.recovery import recover
 from tactile_core.recordings.running_recording import RecordingParameters, RunningRecording
 from tactile_core.recordings.source import recording_file, recording_writer
@@ -42,7 +38,7 @@ from pathlib import Path
 import numpy as np
 from support.recordings import SESSION, image
 from tactile_core.quantities import Image
-from tactile_core.recordings.recorder import AppendedFile
+from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.source import recording_writer
 from tactile_core.recordings.running_recording import RunningRecording
 recording = RunningRecording(recording_writer(Path(sys.argv[1])), SESSION)
@@ -214,7 +210,7 @@ import sys
 from pathlib import Path
 from support.recordings import SESSION, image
 from tactile_core.recordings.source import recording_writer
-from tactile_core.recordings.recorder import RecordedImage
+from tactile_core.interfaces.recording_writer import RecordedImage
 writer = recording_writer(Path(sys.argv[1]))
 one = image(0)
 writer.open(SESSION)

@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from support.recordings import SESSION, image
 
+from tactile_core.interfaces.recording_format import ImageEntry
+from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.streaming.encoded_image import EncodedImage
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.mcap.records import CHUNK, RECORD
 from tactile_core.recordings.mcap.writer import McapWriter
-from tactile_core.recordings.recorder import RecordedImage
-from tactile_core.recordings.recording_file import ImageEntry
 from tactile_core.recordings.source import recording_file
 
 Images = dict[int, tuple[bytes, dict[str, object]]]

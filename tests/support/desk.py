@@ -14,15 +14,14 @@ from tactile_core.plugins.registry import resolve
 
 KINDS: dict[str, DeviceKind] = {
     "core.uvc": "camera",
-    "core.genicam": "camera",
-    "core.dslr": "camera",
+    "genicam.camera": "camera",
     "core.serial_leds": "light_driver",
     "core.usb_leds": "light_driver",
 }
 
 
 class Desk:
-    """Replaces what each component of the core finds, and the user's data directory."""
+    """Replaces what each component finds, and the user's data directory."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
         monkeypatch.setenv("XDG_DATA_HOME", str(folder))

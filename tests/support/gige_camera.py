@@ -15,8 +15,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.builtin.cameras.genicam_source import library
 from tactile_core.errors import DeviceError
+from tactile_genicam.image_source import library
 
 ADDRESS = "127.0.0.1"
 Painted = int | NDArray[np.uint8] | NDArray[np.uint16]

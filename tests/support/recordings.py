@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image
-from tactile_core.recordings.recorder import RecordedImage, RecordedSession, RecordingWriter
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 SESSION = RecordedSession(

@@ -2,7 +2,6 @@
 
 import atexit
 from collections.abc import Iterator, Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
@@ -12,7 +11,6 @@ import pytest
 from support.light_box import LIGHTS as BOX_LIGHTS
 from support.light_box import light_box
 from support.mjpeg_server import Exchange, MjpegServer, jpeg
-from support.onnx_network import written_network
 from support.usb_bus import UsbBus
 from support.usb_light_box import UsbLightBox
 
@@ -20,7 +18,7 @@ from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.builtin.leds.usb_leds import UsbLeds
 from tactile_core.quantities import Quantity
 from tactile_core.testing import PluginConformance
-from tactile_core.testing.virtual_presses import VirtualPress, generic_rig
+from tactile_core.testing.virtual_presses import VirtualPress
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "relief.png"
 LIGHTS = [{"name": f"light{i}", "azimuth_deg": 60 * i, "elevation_deg": 25} for i in range(6)]
@@ -29,27 +27,6 @@ FOLDER = TemporaryDirectory()
 atexit.register(FOLDER.cleanup)
 for number in range(8):
     Path(FOLDER.name, f"{number}.png").write_bytes(PICTURE.read_bytes())
-
-
-def network(name: str, **output: Any) -> Path:
-    """Write a network that gives the mean colour of the frame's difference to the reference."""
-    folder = Path(FOLDER.name, name)
-    folder.mkdir()
-    rig = generic_rig()
-    image, channels = rig.profile.image, rig.reference.pixels.shape[2]
-    return written_network(
-        folder,
-        np.ones((4, channels), np.float32),
-        np.zeros(4, np.float32),
-        image=(image.width_px, image.height_px, channels),
-        input={
-            "width_px": 1,
-            "height_px": 1,
-            "planes": [{"of": "frame", "background": "difference"}],
-        },
-        output=output,
-        planes=channels,
-    )
 
 
 def stream(exchange: Exchange) -> None:
@@ -67,15 +44,7 @@ SERVER = MjpegServer(stream)
 class TestCore(PluginConformance):
     plugin = "core"
     options: ClassVar[dict[str, dict[str, Any]]] = {
-        "core.dslr": {"model": "of no camera"},
-        "core.force_cnn": {
-            "manifest": network(
-                "force", quantity="wrench", unit="N", names=["fx", "fy", "fz", "tz"]
-            )
-        },
-        "core.onnx": {"manifest": network("vector", quantity="vector")},
         "core.folder": {"path": FOLDER.name, "existing": True},
-        "core.genicam": {"serial": "of no camera"},
         "core.replay": {"path": PICTURE, "loop": True},
         "core.sequential": {"lights": LIGHTS, "dark": True},
         "core.serial_leds": {"lights": BOX_LIGHTS, "timeout_s": 2.0},
@@ -85,8 +54,6 @@ class TestCore(PluginConformance):
         "core.uvc_leds": {"lights": BOX_LIGHTS},
     }
     expected_failures = {  # noqa: RUF012
-        "opening[camera core.dslr]": "there is no such camera; see test_dslr_camera.py",
-        "opening[camera core.genicam]": "there is no such camera; see test_genicam_camera.py",
         "readings[sink core.record]": "there is no sensor; see pipeline/test_record.py",
         "opening[camera core.uvc]": "there is no such webcam; see tests/hardware",
     }
@@ -96,9 +63,6 @@ class TestCore(PluginConformance):
         used = np.array([name == "volume" for name in FEATURES])
         weights = np.tile(used.astype(float), (4, 1))
         return {LinearForceModel: LinearForceModel(weights, np.full((4, 2), 0.1), used)}
-
-    if find_spec("rerun") is None:
-        expected_failures["readings[sink core.rerun]"] = "rerun-sdk is not installed"
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -133,6 +133,10 @@ SINKS: Mapping[str, tuple[str, str]] = {
     "unnamed_files": ("files", "it writes 000000.depth, but its endings are ()"),
     "careless": ("sink_leaks", "there is still the open file"),
 }
+FORMATS: Mapping[str, tuple[str, str]] = {
+    "forgetful": ("copies", "the event 'reference' is written and the reference read"),
+    "unclosed": ("format_leaks", "there is still the open file"),
+}
 PROFILES: Mapping[str, tuple[str, str]] = {
     "unknown_key": ("profile", "did you mean 'thickness_mm'?"),
     "unknown_component": ("profile", "did you mean 'poisson'?"),
@@ -145,7 +149,7 @@ PROFILES: Mapping[str, tuple[str, str]] = {
 }
 USED = {"unpicklable": ("locked",), "failing": ("breaks",)}
 """Faulty plugins whose components a profile names."""
-FAULTS = {**REGISTERED, **DEVICES, **CALIBRATIONS, **ESTIMATORS, **SINKS, **PROFILES}
+FAULTS = {**REGISTERED, **DEVICES, **CALIBRATIONS, **ESTIMATORS, **SINKS, **FORMATS, **PROFILES}
 ALSO = {
     "random": {"state", "pickling"},  # a random result fails every comparison
     "shared": {"state", "pickling"},  # class attributes are neither reset nor pickled
@@ -216,7 +220,7 @@ def test_a_side_effect_of_an_import_fails_its_check(name: str) -> None:
 
 
 def test_a_valid_plugin_passes() -> None:
-    for name in ("sound", "depths"):
+    for name in ("sound", "depths", "folders"):
         assert failures(suite_of(name, stall=stall), imports=True) == {}
 
 

@@ -1,4 +1,4 @@
-"""Training of networks for ``core.force_cnn``, on virtual units or on a recording.
+"""Training of networks for ``networks.force_cnn``, on virtual units or on a recording.
 
 PyTorch is imported only inside functions, and by the modules that only training needs.
 """

@@ -35,7 +35,7 @@ def train_force(
     ] = 90,
     as_json: AsJson = False,
 ) -> None:
-    """Train a network for core.force_cnn and score it on what it has not seen.
+    """Train a network for networks.force_cnn and score it on what it has not seen.
 
     A recording is scored on held-out sequences, virtual units on
     other units and objects.
@@ -77,4 +77,4 @@ def train_force(
         rows = [[one.of, str(one.samples), *(f"{value:.3f}" for value in one.r2)] for one in scores]
         for line in table_lines(["", "samples", "R² Fx", "Fy", "Fz", "Tz"], rows):
             print_data(line)
-    print_data(f"{trained.manifest}: use it with 'force: {{use: core.force_cnn, manifest: …}}'")
+    print_data(f"{trained.manifest}: use it with 'force: {{use: networks.force_cnn, manifest: …}}'")

@@ -1,4 +1,4 @@
-"""Trains a network for ``core.force_cnn`` on virtual units or on a recording, and scores it."""
+"""Trains a network for ``networks.force_cnn`` on virtual units or on a recording, and scores it."""
 
 from __future__ import annotations
 

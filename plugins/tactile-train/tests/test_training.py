@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_core.builtin.networks.network_step import ForceNetwork
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Reference
+from tactile_networks.steps import ForceNetwork
 from tactile_sim.simulation import write_frame
 from tactile_sim.stage import VirtualStage
 from tactile_train.network_training import (
@@ -69,7 +69,7 @@ def test_a_recording_with_forces_is_trained_on(tmp_path: Path) -> None:
 def test_a_network_by_torch_and_by_opencv_is_the_same(tmp_path: Path) -> None:
     import torch
 
-    from tactile_core.builtin.networks.manifest import load_network
+    from tactile_networks.manifest import load_network
     from tactile_train.export import onnx_bytes
     from tactile_train.training import LoadMap
 

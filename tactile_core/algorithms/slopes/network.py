@@ -1,4 +1,4 @@
-"""Small networks, and the planes that they see."""
+"""Small networks from features to slopes."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import cv2
 import numpy as np
 
 from tactile_core.algorithms.arrays.regression import scaling
-from tactile_core.algorithms.arrays.types import Array, Float32
+from tactile_core.algorithms.arrays.types import Float32
 
 _BLOCK = 4096  # [count] Samples that are evaluated together and stay in the cache
 
@@ -171,51 +170,3 @@ class _Adam:
         step = self._first * np.float32(1 / (1 - 0.9**self._steps)) / size
         step[:, :-1] += self._decay * self._layer[:, :-1]
         self._layer -= np.float32(rate) * step
-
-
-def shrunk_planes(values: Array, size: tuple[int, int]) -> Float32:
-    """Resize planes: by area where they shrink, and linearly where they grow.
-
-    Parameters
-    ----------
-    values : (H, W) or (H, W, K)
-    size : (width, height)
-
-    Returns
-    -------
-    (height, width, K) float32
-    """
-    height, width = values.shape[:2]
-    shrinks = size[0] <= width and size[1] <= height
-    found = cv2.resize(
-        np.asarray(values, np.float32),
-        size,
-        interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR,
-    )
-    return np.asarray(found, np.float32).reshape(size[1], size[0], -1)
-
-
-def normalise_planes(
-    planes: Float32,
-    divisor: Float32 | float = 1.0,
-    mean: Sequence[float] | float = 0.0,
-    std: Sequence[float] | float = 1.0,
-) -> Float32:
-    """(H, W, K) ``(planes / divisor - mean) / std``, each a number or one number per plane."""
-    scale = 1 / (np.asarray(divisor, np.float32) * np.asarray(std, np.float32))
-    shift = np.asarray(mean, np.float32) / np.asarray(std, np.float32)
-    return np.asarray(planes * scale - shift, np.float32)
-
-
-def tensor(planes: Sequence[Float32], order: str = "nchw") -> Float32:
-    """Stack groups of planes, each (H, W, K), to a contiguous tensor of one observation.
-
-    Parameters
-    ----------
-    planes : sequence of (H, W, K) float32
-    order : "nchw" or "nhwc"
-    """
-    stacked = np.concatenate(planes, axis=2)
-    if order == "nchw":
-        stacked = stacked.transpose(2, 0, 1)
-    return np.ascontiguousarray(stacked[None], np.float32)

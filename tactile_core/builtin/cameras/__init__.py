@@ -1,1 +1,1 @@
-"""Cameras: webcams, GenICam and DSLR cameras, streams on the network, and images in a folder."""
+"""Cameras: webcams, streams on the network, and images in a folder."""

@@ -20,10 +20,10 @@ from tactile_core.builtin.cameras.video_controls import (
     set_named,
 )
 from tactile_core.builtin.cameras.video_nodes import SYSFS, VideoNode, select_node, video_nodes
-from tactile_core.builtin.usb_bus import VIDEO, holders, name_holders, usb_cameras
 from tactile_core.errors import DeviceBusy, DeviceError, InputError
 from tactile_core.interfaces.device import ConnectedDevice, Options
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
+from tactile_core.interfaces.usb_bus import VIDEO, holders, name_holders, usb_cameras
 
 
 class UvcOptions(Options):

@@ -7,8 +7,8 @@ import os
 import struct
 from dataclasses import dataclass
 
-from tactile_core.builtin.usb_bus import permission_advice
 from tactile_core.errors import DeviceError, DeviceForbidden
+from tactile_core.interfaces.usb_bus import permission_advice
 
 # Requests VIDIOC_QUERYCTRL, VIDIOC_G_CTRL and VIDIOC_S_CTRL (`linux/videodev2.h`).
 _QUERY, _GET, _SET = 0xC0445624, 0xC008561B, 0xC008561C

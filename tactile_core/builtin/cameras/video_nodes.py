@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tactile_core.builtin.usb_bus import CLAIM, INSTEAD
 from tactile_core.errors import DeviceAbsent
+from tactile_core.interfaces.usb_bus import CLAIM, INSTEAD
 
 SYSFS = Path("/sys")  # Where the kernel describes devices
 

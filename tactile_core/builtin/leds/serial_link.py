@@ -19,9 +19,9 @@ from tactile_core.builtin.leds.led_box import (
     decode,
     encode,
 )
-from tactile_core.builtin.usb_bus import CLAIM, INSTEAD, holders, name_holders, permission_advice
 from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
 from tactile_core.interfaces.device import ConnectedDevice
+from tactile_core.interfaces.usb_bus import CLAIM, INSTEAD, holders, name_holders, permission_advice
 
 # [s] Longest wait for the first hello: the bootloader of an Arduino runs for 1 s (Optiboot) or 2 s
 # (older ones) after its port is opened

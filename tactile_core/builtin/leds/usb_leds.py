@@ -11,7 +11,9 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, Field
 
 from tactile_core.builtin.leds.led_box import UNASKED, BoxInfo, BoxOptions, LedBox, LineError, Link
-from tactile_core.builtin.usb_bus import (
+from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
+from tactile_core.interfaces.device import ConnectedDevice
+from tactile_core.interfaces.usb_bus import (
     CLAIM,
     INSTEAD,
     describe_device,
@@ -21,8 +23,6 @@ from tactile_core.builtin.usb_bus import (
     port_path,
     usb_devices,
 )
-from tactile_core.errors import DeviceAbsent, DeviceBusy, DeviceError, DeviceForbidden, LightsLost
-from tactile_core.interfaces.device import ConnectedDevice
 
 _TO_BOX, _FROM_BOX = 0x40, 0xC0  # Request types: vendor request to the device, out and in
 

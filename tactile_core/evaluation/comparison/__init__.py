@@ -98,7 +98,7 @@ def variants_of(
         A profile's name or the path of its YAML file.
     swaps : iterable of (step, use)
         A step of the profile's chain and the estimator to use in it, by name or with options as a
-        profile writes it: ``{use: core.force_cnn, manifest: my.yaml}``. Options that both
+        profile writes it: ``{use: networks.force_cnn, manifest: my.yaml}``. Options that both
         estimators have are kept; the others take their defaults. Or ``("calibration", path of a
         bundle)``.
     bundle : Path, optional

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from itertools import islice
 from pathlib import Path
-from typing import Any
 
-from tactile_core.errors import InputError, TactileError
+from tactile_core.errors import InputError
 from tactile_core.formats.files import remove_leftovers
 from tactile_core.formats.folders import make_folder
 from tactile_core.interfaces.calibration import Progress, Silent
@@ -22,15 +20,11 @@ from tactile_core.pipeline.batch.recording_job import (
     measuring,
     report_failure,
 )
+from tactile_core.plugins.blame import blame
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 
-_PATIENCE_S = 10  # Longest wait for the scheduler, and for its first worker
-
-
-class ClusterError(TactileError):
-    """The cluster does not answer, has no workers, or cannot run tactile."""
-
-    exit_code = 1
+CLUSTER = "cluster.dask"  # The cluster of this project, in a distribution of its own
 
 
 def on_cluster(
@@ -51,33 +45,21 @@ def on_cluster(
     Raises
     ------
     InputError
-        The extra is not installed, or this is no address.
-    ClusterError
+        This is no address.
+    PluginError
+        The distribution of the cluster is not installed.
+    TactileError
         The scheduler does not answer, or has no workers.
     """
-    distributed = _library()
-    client = _connect_client(distributed, address)
-    try:
-        _check_workers(client, address)
-        waiting = iter(jobs)
-        running = distributed.as_completed(loop=client.loop)
-        given = {}
-
-        def give(most: int) -> None:
-            # one for each thread: the scheduler shares out a few long recordings unevenly
-            for job in islice(waiting, max(0, most)):
-                future = client.submit(measured_in_one_thread, job, key=_key(job), pure=False)
-                given[future] = job
-                running.add(future)
-
-        give(_threads(client))
-        for future in running:
-            job = given.pop(future)
-            found = _result(future, job)
-            give(_threads(client) - len(given))
-            yield job, found
-    finally:
-        client.close()  # forgets what is not measured yet; what is under way is written
+    kind = resolve("cluster", CLUSTER)
+    with closing(kind().run(measured_in_one_thread, jobs, address)) as running:
+        while True:
+            with blame("the cluster", kind):  # not around the yield: a caller's error is not its
+                found = next(running, None)
+            if found is None:
+                return
+            job, result = found
+            yield job, report_failure(job, result) if isinstance(result, Exception) else result
 
 
 def measured_in_one_thread(job: RecordingJob) -> MeasuredRecording:
@@ -89,71 +71,6 @@ def measured_in_one_thread(job: RecordingJob) -> MeasuredRecording:
 
     cv2.setNumThreads(1)
     return measure_recording(job)
-
-
-def _threads(client: Any) -> int:
-    """Return the number of recordings that can be measured at once; at least one."""
-    return max(1, sum(int(threads) for threads in client.nthreads().values()))
-
-
-def _key(job: RecordingJob) -> str:
-    import uuid
-
-    return f"{job.name}-{uuid.uuid4().hex}"
-
-
-def _library() -> Any:
-    try:
-        import distributed
-    except ImportError:
-        raise InputError(
-            "a cluster needs dask; install it with: pip install 'tactile-core[cluster]'"
-        ) from None
-    return distributed
-
-
-def _connect_client(distributed: Any, address: str) -> Any:
-    try:
-        return distributed.Client(address, timeout=_PATIENCE_S, set_as_default=False)
-    except (ValueError, TypeError) as error:
-        raise InputError(
-            f"{address!r} is no address of a dask scheduler ({error}); give one such as "
-            f"tcp://127.0.0.1:8786"
-        ) from None
-    except OSError:
-        raise ClusterError(
-            f"no dask scheduler answers at {address}; check the address, or start one with: "
-            f"dask scheduler"
-        ) from None
-
-
-def _check_workers(client: Any, address: str) -> None:
-    try:
-        client.wait_for_workers(1, timeout=_PATIENCE_S)
-    except TimeoutError:
-        raise ClusterError(
-            f"the dask scheduler at {address} has no workers; start some with: dask worker "
-            f"{address} --nthreads 1 --nworkers auto"
-        ) from None
-
-
-def _result(future: Any, job: RecordingJob) -> MeasuredRecording:
-    try:
-        found = future.result()
-    except Exception as error:  # of the cluster: measured() raises none
-        name = type(error).__name__
-        if name == "KilledWorker":
-            return report_failure(
-                job,
-                "each worker of the cluster that measured it ended, perhaps because memory ran out",
-            )
-        if isinstance(error, ImportError):
-            return report_failure(
-                job, f"a worker of the cluster lacks a package ({error}); install it"
-            )
-        return report_failure(job, error)
-    assert isinstance(found, MeasuredRecording)
-    return found
 
 
 class Batch:
@@ -241,8 +158,10 @@ class Batch:
         Raises
         ------
         InputError
-            Several processes and a cluster are asked for, or the extra ``cluster`` is missing.
-        ClusterError
+            Several processes and a cluster are asked for, or this is no address of one.
+        PluginError
+            The distribution of the cluster is not installed.
+        TactileError
             The cluster does not answer, or has no workers.
         """
         if cluster is not None and workers > 1:

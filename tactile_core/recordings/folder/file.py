@@ -15,22 +15,18 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes
 from tactile_core.formats.headers import kind_of
 from tactile_core.formats.images import decode_image
-from tactile_core.interfaces.sink import Reading
-from tactile_core.quantities import Image, Reference
-from tactile_core.recordings.recorder import (
-    AppendedFile,
-    RecordedImage,
-    RecordedSession,
-    RecordingWriter,
-)
-from tactile_core.recordings.recording_file import (
-    LIST,
+from tactile_core.interfaces.recording_format import (
     EventEntry,
     ImageEntry,
     RecordingFile,
     recorded_image,
 )
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
+from tactile_core.interfaces.sink import Reading
+from tactile_core.quantities import Image, Reference
+from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.session_files import (
+    LIST,
     reference_bytes,
     reference_from,
     session_files,

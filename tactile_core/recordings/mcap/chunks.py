@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.mcap.quantities import mcap_library
 from tactile_core.recordings.mcap.records import (
     ATTACHMENT,
@@ -27,7 +28,6 @@ from tactile_core.recordings.mcap.records import (
     SCHEMA,
     STATISTICS,
 )
-from tactile_core.recordings.recorder import AppendedFile
 
 _INDEXES = {ATTACHMENT: 10, METADATA: 13}  # Kinds of the records that list these kinds
 

@@ -12,6 +12,14 @@ import numpy as np
 
 from tactile_core.errors import InputError
 from tactile_core.formats.images import decode_image
+from tactile_core.interfaces.recording_format import (
+    REFERENCE,
+    RESUMED,
+    EventEntry,
+    ImageEntry,
+    RecordingFile,
+    recorded_image,
+)
 from tactile_core.quantities import Image, Pixels, Reference
 from tactile_core.recordings.mcap.quantities import (
     COMPRESSED_IMAGE,
@@ -34,14 +42,6 @@ from tactile_core.recordings.mcap.records import (
     McapRecords,
     RecordPlace,
     text_at,
-)
-from tactile_core.recordings.recording_file import (
-    REFERENCE,
-    RESUMED,
-    EventEntry,
-    ImageEntry,
-    RecordingFile,
-    recorded_image,
 )
 from tactile_core.recordings.session_files import reference_from, session_of
 

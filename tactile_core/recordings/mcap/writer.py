@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from tactile_core.formats.headers import kind_of
+from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
+from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.mcap.chunks import ChunkedFile
 from tactile_core.recordings.mcap.quantities import (
     COMPRESSED_IMAGE,
@@ -27,12 +29,6 @@ from tactile_core.recordings.mcap.quantities import (
     mcap_library,
     quantity_messages,
     schema_class,
-)
-from tactile_core.recordings.recorder import (
-    AppendedFile,
-    RecordedImage,
-    RecordedSession,
-    RecordingWriter,
 )
 from tactile_core.recordings.session_files import ESSENTIAL, reference_bytes, session_files
 

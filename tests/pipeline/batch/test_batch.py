@@ -8,14 +8,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import pytest
 from support.many_recordings import many_recordings
+from support.own_plugins import Install
 from support.virtual_lab import VirtualLab
 
-from tactile_core.errors import InputError
+from tactile_core.errors import InputError, PluginError, PluginFault
 from tactile_core.formats.npz import read_npz
+from tactile_core.pipeline.batch import batch as batch_module
 from tactile_core.pipeline.batch import plan
-from tactile_core.pipeline.batch.batch import Batch
+from tactile_core.pipeline.batch.batch import Batch, measured_in_one_thread
 from tactile_core.pipeline.batch.recording_job import MeasuredRecording
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.quantities import HeightMap
@@ -204,3 +207,51 @@ def test_what_sensors_recorded_is_measured_with_its_own_bundle(
     expected = [{"recording": "lift_1", **one.summary(), "latency_ms": None} for one in alone]
     assert steady(found[0]) == expected
     assert found[1].deepest_mm
+
+
+OWN_CLUSTER = """
+from tactile_core.errors import TactileError
+from tactile_core.interfaces.cluster import Cluster
+
+class Here(Cluster):
+    def run(self, function, jobs, address):
+        for job in reversed(jobs):
+            if address == "broken":
+                raise RuntimeError("no")
+            yield job, TactileError("its worker ended") if job.name == "lift_2" else function(job)
+"""
+
+
+def test_a_plugin_s_cluster_measures_and_says_what_it_could_not(
+    lab: VirtualLab, inputs: Path, install: Install, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install("lab", {"here.py": OWN_CLUSTER}, tactile_clusters={"here": "own_lab.here:Here"})
+    monkeypatch.setattr(batch_module, "CLUSTER", "lab.here")
+    with pytest.raises(PluginFault, match=r"the cluster .*tactile-lab"):
+        list(batch(lab, inputs).measure(cluster="broken"))
+    found = list(batch(lab, inputs).measure(cluster="here"))
+    assert [one.name for one in found] == list(NAMES)
+    assert [one.failure for one in found] == ["", "its worker ended", ""]
+    assert found[0].observations == 3
+
+
+def test_a_cluster_whose_distribution_is_absent_is_named_with_its_pip_command(
+    lab: VirtualLab, inputs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch_module, "CLUSTER", "elsewhere.dask")
+    with pytest.raises(PluginError, match=r"'elsewhere\.dask' .*pip install tactile-elsewhere"):
+        list(batch(lab, inputs).measure(cluster="tcp://127.0.0.1:1"))
+
+
+def test_a_worker_measures_in_one_thread_as_the_cluster_expects(
+    lab: VirtualLab, inputs: Path
+) -> None:
+    (job, *_) = batch(lab, inputs).jobs
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        found = measured_in_one_thread(job)
+        assert (found.failure, found.observations) == ("", 3)
+        assert cv2.getNumThreads() == 1
+    finally:
+        cv2.setNumThreads(before)

@@ -9,7 +9,7 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of cameras, lights, drivers, calibrations, estimators or sinks as ``x``.
+    """Registers a class of cameras, lights, drivers, calibrations, … or formats as ``x``.
 
     A model of ``calibrations`` comes with its calibrator, unless another one is named.
     """
@@ -24,6 +24,7 @@ class Hooks:
         calibrator: str = "",
         estimators: str = "",
         sinks: str = "",
+        formats: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
@@ -34,6 +35,7 @@ class Hooks:
         self._calibrators = _listed("calibrations", calibrator)
         self._estimators = _listed("estimators", estimators)
         self._sinks = _listed("sinks", sinks)
+        self._formats = _listed("formats", formats)
         self._profiles = profiles
 
     @hookimpl
@@ -63,6 +65,10 @@ class Hooks:
     @hookimpl
     def tactile_sinks(self) -> dict[str, str]:
         return self._sinks
+
+    @hookimpl
+    def tactile_recording_formats(self) -> dict[str, str]:
+        return self._formats
 
     @hookimpl
     def tactile_profiles(self) -> Path | None:

@@ -1,0 +1,13 @@
+"""Single-lens reflex and mirrorless cameras, for tactile-core."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tactile_core.interfaces.hookspecs import hookimpl
+
+
+@hookimpl
+def tactile_cameras() -> Mapping[str, str]:
+    """Return the camera."""
+    return {"camera": "tactile_dslr.camera:DslrCamera"}

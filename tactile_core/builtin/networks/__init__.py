@@ -1,1 +1,0 @@
-"""Networks in ONNX files as estimators: manifest, input, and the libraries that run them."""

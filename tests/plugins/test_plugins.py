@@ -13,7 +13,6 @@ from tactile_core.errors import PluginError
 from tactile_core.interfaces.camera import Camera
 from tactile_core.plugins.entry_points import installed_offers
 from tactile_core.plugins.registry import (
-    ComponentKind,
     PluginInfo,
     list_plugins,
     profile_directories,
@@ -108,24 +107,6 @@ def test_a_missing_plugin_is_reported_with_its_pip_command() -> None:
     message = refusal("illumination", "unheard_rig.three_colour")
     assert "illumination 'unheard_rig.three_colour'" in message
     assert "pip install tactile-unheard-rig" in message
-
-
-@pytest.mark.parametrize(
-    ("kind", "before", "now"),
-    [
-        ("camera", "core.dslr", "dslr.camera"),
-        ("camera", "core.genicam", "genicam.camera"),
-        ("estimator", "core.force_cnn", "networks.force_cnn"),
-        ("estimator", "core.onnx", "networks.onnx"),
-        ("sink", "core.rerun", "rerun.log"),
-    ],
-)
-def test_a_component_that_left_the_core_is_refused_with_its_new_name(
-    kind: ComponentKind, before: str, now: str
-) -> None:
-    package = rf"'pip install \S*tactile-{now.partition('.')[0]}'"
-    with pytest.raises(PluginError, match=rf"'{before}' is '{now}' now, which {package} installs"):
-        resolve(kind, before)
 
 
 @pytest.mark.usefixtures("fakes")

@@ -131,9 +131,10 @@ try-wheels: wheels
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]' $(SHIPPED:%=-e %)
 	touch $@
 
-$(OTHERS:plugins/%=.venv-%/installed): .venv-%/installed: pyproject.toml plugins/%/pyproject.toml
-	$(PYTHON) -m venv .venv-$*
-	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[tests,record]' $(SHIPPED:%=-e %) -e plugins/$*
+$(OTHERS:plugins/%=.venv-%/installed): .venv-%/installed: .venv/installed plugins/%/pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	$(BIN)/uv venv --quiet --clear --no-python-downloads --python $(PYTHON) .venv-$*
+	$(BIN)/uv pip install --quiet --python .venv-$* -e '.[tests,record]' $(SHIPPED:%=-e %) -e plugins/$*
 	touch $@
 
 # LeRobot takes another PyTorch than it needs to read a data set, hence without its dependencies.

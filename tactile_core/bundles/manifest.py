@@ -173,6 +173,14 @@ class Manifest(BaseModel):
         return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 
+def is_measured(folder: Path) -> bool:
+    """Whether a folder holds a bundle that was calibrated here, and not imported."""
+    try:
+        return read_manifest(folder).imported is None
+    except CalibrationError:
+        return False
+
+
 def read_manifest(folder: Path) -> Manifest:
     """Read a bundle's manifest, without checking the files that it lists.
 

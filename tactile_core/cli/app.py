@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -15,9 +15,11 @@ from tactile_core.cli.compare import compare
 from tactile_core.cli.doctor import devices, doctor
 from tactile_core.cli.explaining import guard_command
 from tactile_core.cli.importing import import_
+from tactile_core.cli.output import print_message
 from tactile_core.cli.profiles import new, plugins, profiles, schema, validate
 from tactile_core.cli.record import convert, record, recover
 from tactile_core.cli.run import run
+from tactile_core.errors import PluginError, words_of
 
 if TYPE_CHECKING:
     from typer._click.core import Command, Context
@@ -36,11 +38,21 @@ class Commands(TyperGroup):
     """The core's commands first, then those that plugins add."""
 
     def list_commands(self, ctx: Context) -> list[str]:
-        """Return the names in the order of the help."""
+        """Return the names in the order of the help; note which commands cannot be used."""
         from tactile_core.plugins.registry import added_commands
 
-        own = super().list_commands(ctx)
-        return [*own, *(name for name in added_commands() if name not in own)]
+        usable = super().list_commands(ctx)
+        for name in added_commands():
+            if name in usable:
+                print_message(f"note: the command {name!r} of a plugin is hidden by the core's own")
+                continue
+            try:
+                _added_command(name)
+            except PluginError as error:
+                print_message(f"note: {error}")
+            else:
+                usable.append(name)
+        return usable
 
     def get_command(self, ctx: Context, cmd_name: str) -> Command | None:
         """Return a command by its name.
@@ -52,23 +64,46 @@ class Commands(TyperGroup):
         UsageError
             There is none of this name.
         """
-        own = super().get_command(ctx, cmd_name)
-        if own is not None:
-            return own
-        from tactile_core.plugins.registry import find_command, find_plugin
+        found = super().get_command(ctx, cmd_name) or _added_command(cmd_name)
+        if found is None:
+            self._refuse(ctx, cmd_name)
+        return found
 
-        plugin = ADDED_BY.get(cmd_name)
-        if plugin is None:
-            function = find_command(cmd_name)
-        else:
-            function = find_plugin(plugin, f"the command {cmd_name!r}").command(cmd_name)
-        if function is None:
-            near = get_close_matches(cmd_name, self.list_commands(ctx))
-            meant = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
-            ctx.fail(f"No such command {cmd_name!r}.{meant}")
-        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-        alone.command(cmd_name)(guard_command(function))
+    def _refuse(self, ctx: Context, cmd_name: str) -> NoReturn:
+        from tactile_core.plugins.registry import find_plugin, list_plugins
+
+        if cmd_name in ADDED_BY:
+            find_plugin(ADDED_BY[cmd_name], f"the command {cmd_name!r}")  # raises, with the remedy
+        near = get_close_matches(cmd_name, dict.fromkeys([*self.list_commands(ctx), *ADDED_BY]))
+        meant = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
+        broken = ", ".join(info.name for info in list_plugins() if info.status != "ok")
+        if broken:
+            meant += f" Not all of these plugins can be used: {broken}; see 'tactile doctor'."
+        ctx.fail(f"No such command {cmd_name!r}.{meant}")
+
+
+def _added_command(name: str) -> Command | None:
+    """Return a command that a plugin adds; None if no plugin does.
+
+    Raises
+    ------
+    PluginError
+        Two plugins add it, or it cannot be imported or called.
+    """
+    from tactile_core.plugins.registry import find_command
+
+    function = find_command(name)
+    if function is None:
+        return None
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(name)(guard_command(function))
+    try:
         return get_command(alone)
+    except Exception as error:  # typer's, for parameters that it cannot understand
+        raise PluginError(
+            f"the command {name!r} of {function.__module__} has parameters that cannot be used "
+            f"({words_of(error)}); repair or update its plugin"
+        ) from error
 
 
 app = typer.Typer(

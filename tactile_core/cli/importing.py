@@ -33,7 +33,9 @@ def import_(
 ) -> None:
     """Make a bundle of a calibration in another program's format."""
     from tactile_core.bundles.bundle import check_place, default_place
+    from tactile_core.bundles.manifest import is_measured
     from tactile_core.calibration.imported import import_calibration
+    from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile
     from tactile_core.recordings.inputs import PROFILE, Inputs
 
@@ -41,7 +43,11 @@ def import_(
     folder = out if out is not None else default_place(loaded, serial or None, gel or None)
     inputs = Inputs.from_paths({"FILE": file, PROFILE: profile, "--reference": reference})
     inputs.refuse_whole(folder)
-    check_place(folder)
+    if is_measured(check_place(folder)):
+        raise InputError(
+            f"{folder} holds a calibration that was made from presses; name another folder by "
+            f"--out, or move that one away"
+        )
     bundle = import_calibration(file, kind, loaded, reference=reference, serial=serial, gel=gel)
     bundle.save(folder)
     model = bundle.manifest.model

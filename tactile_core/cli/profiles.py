@@ -81,12 +81,15 @@ def validate(
     """Check profiles and report every mistake with its line."""
     from tactile_core.errors import TactileError
     from tactile_core.pipeline.parts import check_steps
+    from tactile_core.plugins.registry import has_simulator
     from tactile_core.profiles.loader import load_profile
 
     failed = False
     for path in paths:
         try:
             check_steps(load_profile(path))
+            if has_simulator():
+                load_profile(path, sim=True)  # its overlay, too
         except TactileError as error:
             failed = True
             named = str(error) if path in str(error) else f"{path}: {error}"

@@ -82,7 +82,11 @@ def open_sensor(
     if session is not None:
         check_unit(session, serial, Path(input or ""))
         serial, sim = serial or session.serial, sim or session.sim
-    resolved = profile if isinstance(profile, Profile) else _load_profile(profile, sim, script)
+    resolved = (
+        profile
+        if isinstance(profile, Profile)
+        else _load_profile(profile, sim, script, replayed=input is not None)
+    )
     if serial is not None:
         check_serial(serial)
         if input is None:
@@ -110,9 +114,11 @@ def open_sensor(
     ).open()
 
 
-def _load_profile(profile: str | Path, sim: bool, script: Path | str | None) -> Profile:
+def _load_profile(
+    profile: str | Path, sim: bool, script: Path | str | None, *, replayed: bool
+) -> Profile:
     if script is None:
-        return load_profile(profile, sim=sim)
+        return load_profile(profile, sim=sim, replayed=replayed)
     if not sim:
         raise InputError(f"the script {script} controls the virtual sensor; add --sim")
     return load_profile(profile, sim=True, overrides={"camera": {"script": str(script)}})

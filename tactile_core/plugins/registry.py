@@ -7,6 +7,7 @@ plugin is an error only if it is used; otherwise :func:`list_plugins` reports it
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -233,7 +234,22 @@ def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
         Also import each registered component and report those that cannot be used.
     """
     offers = sorted(_foreign_offers(), key=lambda offer: (offer.name, offer.distribution))
-    return [_inspect(offer, import_components) for offer in (_CORE, *offers)]
+    found = [_inspect(offer, import_components) for offer in (_CORE, *offers)]
+    adding = Counter(name for info in found for name in info.commands)
+    return [_with_clashes(info, adding) for info in found]
+
+
+def _with_clashes(info: PluginInfo, adding: Mapping[str, int]) -> PluginInfo:
+    """Add a problem for each command that another plugin adds, too."""
+    clashes = [name for name in info.commands if adding[name] > 1]
+    problems = tuple(
+        f"plugin {info.name!r} ({info.distribution} {info.version}) adds the command {name!r}, as "
+        f"another plugin does; uninstall one of them"
+        for name in clashes
+    )
+    if not problems:
+        return info
+    return replace(info, status="broken", problems=(*info.problems, *problems))
 
 
 def added_commands() -> list[str]:
@@ -266,6 +282,17 @@ def _working_plugins() -> Iterator[Plugin]:
                 plugin = Plugin.load(offer)
                 plugin.commands()
                 yield plugin
+
+
+def has_simulator() -> bool:
+    """Whether virtual sensors can be opened."""
+    from tactile_core.interfaces.component import SIMULATOR
+
+    try:
+        resolve("simulator", SIMULATOR)
+    except PluginError:
+        return False
+    return True
 
 
 def profile_directories() -> Mapping[str, Path]:

@@ -125,11 +125,11 @@ def _unknown(name: str, known: Sequence[str]) -> str:
     file = next((name + suffix for suffix in _SUFFIXES if is_file(Path(name + suffix))), None)
     close = get_close_matches(name, known, 1)
     if file is not None:
-        hint = f"for the file here write {file!r}. "
+        hint = f"for the file here write {file!r}; "
     else:
-        hint = f"did you mean {close[0]!r}? " if close else ""
+        hint = f"did you mean {close[0]!r}? Otherwise " if close else ""
     return (
-        f"there is no profile {shorten_repr(name)}; {hint}There are {', '.join(known)}, and a file "
+        f"there is no profile {shorten_repr(name)}; {hint}there are {', '.join(known)}, and a file "
         f"is named by its path (ending in .yaml)"
     )
 
@@ -163,6 +163,7 @@ def load_profile(
     sim: bool = False,
     overrides: Mapping[str, Any] | None = None,
     components: bool = True,
+    replayed: bool = False,
 ) -> Profile:
     """Load and validate a profile and the components that it names.
 
@@ -177,6 +178,8 @@ def load_profile(
     components : bool
         If False, no plugin is imported: the components' options are not checked and their
         relative paths are not resolved.
+    replayed : bool
+        A recording is measured: the camera is not opened, so its plugin may be absent.
 
     Raises
     ------
@@ -188,7 +191,7 @@ def load_profile(
     settings = source.settings.plain()
     if components:
         checked = check_components(source)
-        problems += checked.problems
+        problems += [p for p in checked.problems if not (replayed and p.key == "camera.use")]
         settings = checked.settings
     if problems:
         raise refusal(problems)

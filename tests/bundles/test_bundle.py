@@ -12,7 +12,13 @@ from support.bundles_on_disk import edit
 from support.virtual_lab import VirtualLab
 
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
-from tactile_core.bundles.manifest import FORMAT, Manifest, read_manifest, write_manifest
+from tactile_core.bundles.manifest import (
+    FORMAT,
+    Manifest,
+    is_measured,
+    read_manifest,
+    write_manifest,
+)
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 
@@ -340,3 +346,8 @@ def test_plain_serials_pass(serial: str) -> None:
 def test_serials_that_could_leave_their_folder_are_refused(serial: str) -> None:
     with pytest.raises(InputError, match="letters, digits"):
         check_serial(serial)
+
+
+def test_a_folder_with_a_calibration_from_presses_is_known(lab: VirtualLab, tmp_path: Path) -> None:
+    assert is_measured(lab.bundle)
+    assert not is_measured(tmp_path)

@@ -59,6 +59,7 @@ def test_an_absent_distribution_is_named_with_its_pip_command(
     monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     monkeypatch.setattr(app, "ADDED_BY", dict.fromkeys(app.ADDED_BY, "elsewhere"))
+    monkeypatch.setattr("tactile_core.plugins.registry.find_command", lambda name: None)
     said = refused(command, "x")
     assert f"the command {command!r} needs the plugin 'elsewhere'" in said
     assert "pip install tactile-elsewhere" in said
@@ -79,8 +80,33 @@ def test_a_command_that_cannot_be_used_is_a_problem_of_its_plugin(
     assert said in tactile("doctor").stdout
 
 
+@pytest.mark.parametrize(
+    ("module", "said"),
+    [
+        ("raise RuntimeError('no licence')", "no licence"),
+        ("greet = 3", "is not a function"),
+        ("from __future__ import annotations\ndef greet(name: Nothing): ...", "'Nothing'"),
+    ],
+)
+def test_a_command_that_cannot_be_used_hides_no_other(
+    install: Install, module: str, said: str
+) -> None:
+    install("lab", {"greeting.py": module}, tactile_commands={"greet": "own_lab.greeting:greet"})
+    done = tactile("--help")
+    assert done.returncode == 0
+    assert "calibrate" in done.stdout
+    assert said in done.stderr
+    assert said in refused("greet", "anna")
+
+
+def test_a_command_that_the_core_has_stays_the_core_s(install: Install) -> None:
+    install("lab", {"greeting.py": GREETING}, tactile_commands={"run": "own_lab.greeting:greet"})
+    assert "'run' of a plugin is hidden by the core's own" in tactile("--help").stderr
+
+
 def test_two_plugins_with_one_command_are_both_named(install: Install) -> None:
     install("lab", {"greeting.py": GREETING}, tactile_commands={"view": "own_lab.greeting:greet"})
+    assert "adds the command 'view', as another plugin does" in tactile("doctor").stdout
     from tactile_core.errors import PluginError
     from tactile_core.plugins.registry import find_command
 

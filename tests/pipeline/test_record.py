@@ -361,3 +361,19 @@ def test_frames_ends_a_recording_of_a_stream_exactly(live: Path, tmp_path: Path)
     done = tactile("record", live, "--out", tmp_path / "one.mcap", "--frames", 25, "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["images"] == 25
+
+
+def test_a_recording_of_a_virtual_sensor_is_measured_without_a_simulator(
+    lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "recording"
+    with (
+        open_sensor(lab.profile_path, bundle=lab.bundle, reference="first", sim=True) as sensor,
+        sensor.record(path),
+    ):
+        for _ in range(2):
+            sensor.read()
+    absent = {"camera": {"use": "elsewhere.virtual"}}
+    monkeypatch.setattr("tactile_core.profiles.loader._VIRTUAL", absent)
+    with open_sensor(lab.profile_path, input=path, reference="first") as sensor:
+        assert len(list(sensor.stream())) == 2

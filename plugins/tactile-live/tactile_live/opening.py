@@ -12,6 +12,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.component import HAND_CAMERA
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 
@@ -95,6 +96,7 @@ def open_live(
     bundle: Bundle | Path | None = wanted.bundle
     profile: Profile | str = wanted.profile
     if sim and script is None:
+        resolve("camera", HAND_CAMERA)  # its error names the distribution
         profile = load_profile(wanted.profile, sim=True, overrides={"camera": {"use": HAND_CAMERA}})
         if bundle is None and not default_place(profile, wanted.serial, gel).is_dir():
             bundle = _virtual_bundle(profile, say)

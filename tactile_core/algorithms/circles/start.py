@@ -23,7 +23,7 @@ class START:
     least_oddness = 0.25  # [−1 to 1] Below it the change is not that of a ball
     # [change] With a larger change of the undeformed surface, the light is not that of the
     # reference. Source: half of the largest log gain that is compensated
-    # (``algorithms/drift.py``).
+    # (``algorithms/light/drift.py``).
     largest_drift = 0.05
     # [ball radii] Standard deviation over which the change is averaged to compare near and far.
     blur_radii = 0.35

@@ -32,10 +32,10 @@ class LightChangeParameters(NamedTuple):
         layer of Poisson's ratio 0.48 (``experiments/relative_load.py`` prints both).
     lit_share : float, share of the bright level
         Darker cells of the reference are outside the gel surface.
-        Source: that of the search for the illuminated area (``algorithms/light_change.py``).
+        Source: that of the search for the illuminated area (:func:`lit_area`).
     bright_percentile : float, percent
         Percentile of the reference's cells that counts as bright.
-        Source: that of the search for the illuminated area (``algorithms/light_change.py``).
+        Source: that of the search for the illuminated area (:func:`lit_area`).
     least_visible : float, share of a cell
         A cell that markers hide further is left out.
         Source: chosen by hand; the mean of fewer pixels is noisier.

@@ -204,7 +204,7 @@ def _sink_for(out: Path) -> str:
     if found is None and ending in _WRITTEN_BY:
         resolve("sink", _WRITTEN_BY[ending])  # its error names the pip command
     if found is None:
-        known = ", ".join([".mcap", *copy_formats(), *endings])
+        known = ", ".join(dict.fromkeys([".mcap", *copy_formats(), *endings, *_WRITTEN_BY]))
         raise InputError(
             f"nothing writes {out.suffix} files; end the output in {known}, or in nothing for a "
             f"folder of images, or name a sink with --sink"

@@ -174,11 +174,11 @@ class Manifest(BaseModel):
 
 
 def is_measured(folder: Path) -> bool:
-    """Whether a folder holds a bundle that was calibrated here, and not imported."""
+    """Whether a folder holds a bundle that was not imported, or one that cannot be read."""
     try:
         return read_manifest(folder).imported is None
-    except CalibrationError:
-        return False
+    except CalibrationError:  # perhaps of an older version
+        return (folder / MANIFEST).exists()
 
 
 def read_manifest(folder: Path) -> Manifest:

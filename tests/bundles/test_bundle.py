@@ -351,3 +351,5 @@ def test_serials_that_could_leave_their_folder_are_refused(serial: str) -> None:
 def test_a_folder_with_a_calibration_from_presses_is_known(lab: VirtualLab, tmp_path: Path) -> None:
     assert is_measured(lab.bundle)
     assert not is_measured(tmp_path)
+    (tmp_path / "manifest.json").write_text('{"format": 4}')
+    assert is_measured(tmp_path)

@@ -241,11 +241,11 @@ def list_plugins(*, import_components: bool = False) -> list[PluginInfo]:
 
 def _with_clashes(info: PluginInfo, adding: Mapping[str, int]) -> PluginInfo:
     """Add a problem for each command that another plugin adds, too."""
-    clashes = [name for name in info.commands if adding[name] > 1]
     problems = tuple(
         f"plugin {info.name!r} ({info.distribution} {info.version}) adds the command {name!r}, as "
         f"another plugin does; uninstall one of them"
-        for name in clashes
+        for name in info.commands
+        if adding[name] > 1
     )
     if not problems:
         return info
@@ -282,17 +282,6 @@ def _working_plugins() -> Iterator[Plugin]:
                 plugin = Plugin.load(offer)
                 plugin.commands()
                 yield plugin
-
-
-def has_simulator() -> bool:
-    """Whether virtual sensors can be opened."""
-    from tactile_core.interfaces.component import SIMULATOR
-
-    try:
-        resolve("simulator", SIMULATOR)
-    except PluginError:
-        return False
-    return True
 
 
 def profile_directories() -> Mapping[str, Path]:

@@ -47,13 +47,11 @@ class RegistrationChecks(Suite):
         """The plugin can be imported, no other has its name, and it registers something."""
         try:
             plugin = find_plugin(self.plugin)
-            problems = plugin.report(import_components=False).problems
-            for name in () if problems else plugin.commands():
-                if not plugin.command(name).__doc__:
-                    problems = (
-                        *problems,
-                        f"its command {name} has no docstring, which is its help",
-                    )
+            problems = plugin.report(import_components=False).problems or tuple(
+                f"its command {name} has no docstring, which is its help"
+                for name in plugin.commands()
+                if not plugin.command(name).__doc__
+            )
         except PluginError as error:
             problems = (str(error),)
         if not _NAME.fullmatch(self.plugin):

@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib import import_module
+from inspect import CO_ASYNC_GENERATOR, CO_COROUTINE, CO_GENERATOR, signature
 from pathlib import Path
 from threading import Lock
+from types import FunctionType
 from typing import Any, Literal, NoReturn, Self, TypeVar, get_args
 
 from pluggy import HookImpl, PluginManager, PluginValidationError
@@ -120,13 +122,14 @@ class Plugin:
         Raises
         ------
         PluginError
-            It cannot be imported, or is not a function.
+            It cannot be imported, or is not a function that can be called with named arguments.
         """
         value = self.commands()[name]
         what = f"{self.offer}: the command {name} ({value})"
         found = _attempt(partial(_object, value), f"{what} cannot be imported", self.offer)
-        if not callable(found):
-            raise PluginError(f"{what} is not a function; {_remedy(self.offer)}")
+        fault = _fault_of_command(found)
+        if fault:
+            raise PluginError(f"{what} {fault}; {_remedy(self.offer)}")
         function: Callable[..., None] = found
         return function
 
@@ -260,6 +263,18 @@ def _object(value: str) -> Any:
     for part in attribute.split(".") if attribute else ():
         found = getattr(found, part)
     return found
+
+
+def _fault_of_command(found: object) -> str:
+    """Return why an object cannot be a command, as a predicate; empty if it can be."""
+    if not isinstance(found, FunctionType):
+        return "is not a function"
+    if found.__code__.co_flags & (CO_COROUTINE | CO_GENERATOR | CO_ASYNC_GENERATOR):
+        return "does nothing when it is called, because it has 'async' or 'yield'"
+    for one in signature(found).parameters.values():
+        if one.kind not in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY):
+            return f"has the parameter {one.name!r}, to which nothing can be passed by name"
+    return ""
 
 
 def _interface(kind: ComponentKind) -> type:

@@ -17,6 +17,7 @@ from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.testing.calibrations import CalibrationChecks
 from tactile_core.testing.cameras import CameraChecks
 from tactile_core.testing.checks import PREFIX, Suite, check, checks_of, subjects_of
+from tactile_core.testing.commands import CommandChecks
 from tactile_core.testing.devices import DeviceChecks, SinkChecks
 from tactile_core.testing.differences import Fault, report, report_errors
 from tactile_core.testing.estimators import EstimatorChecks
@@ -25,6 +26,7 @@ from tactile_core.testing.imports import Footprint, ImportChecks
 from tactile_core.testing.profiles import ProfileChecks
 from tactile_core.testing.recording_formats import RecordingFormatChecks
 from tactile_core.testing.registered import Part
+from tactile_core.testing.simulators import SimulatorChecks
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")  # Valid names of plugins in profiles
 
@@ -46,12 +48,7 @@ class RegistrationChecks(Suite):
     def test_registration(self) -> None:
         """The plugin can be imported, no other has its name, and it registers something."""
         try:
-            plugin = find_plugin(self.plugin)
-            problems = plugin.report(import_components=False).problems or tuple(
-                f"its command {name} has no docstring, which is its help"
-                for name in plugin.commands()
-                if not plugin.command(name).__doc__
-            )
+            problems = find_plugin(self.plugin).report(import_components=False).problems
         except PluginError as error:
             problems = (str(error),)
         if not _NAME.fullmatch(self.plugin):
@@ -59,7 +56,7 @@ class RegistrationChecks(Suite):
         report(
             f"plugin {self.plugin!r}",
             "; ".join(problems),
-            why="profiles can name only registered components",
+            why="only what is registered can be used",
             do="see hookspecs.py: a hook takes no arguments and returns {name: "
             "'module:Class'}; tactile_profiles returns an existing folder",
         )
@@ -70,7 +67,7 @@ class RegistrationChecks(Suite):
         with report_errors(
             part,
             "it cannot be used",
-            why="profiles that use it fail",
+            why="profiles and commands that use it fail",
             do="correct the hook's 'module:Class', or the class",
         ):
             resolve(part.kind, part.use)
@@ -144,6 +141,8 @@ class PluginConformance(
     EstimatorChecks,
     SinkChecks,
     RecordingFormatChecks,
+    SimulatorChecks,
+    CommandChecks,
     ProfileChecks,
 ):
     """Checks everything that a plugin registers; see docs/how-to/test-a-plugin.md.

@@ -1,7 +1,8 @@
-"""Imports a plugin's entry module in a fresh interpreter and reports the side effects.
+"""Imports what a plugin registers in a fresh interpreter and reports the side effects.
 
-Run it as a script: ``import_probe.py OFFER PATH RESULT``. OFFER is an entry point's fields and
-PATH is ``sys.path``, both as JSON; RESULT is the output file.
+Run it as a script: ``import_probe.py OFFER PATH RESULT >PRINTED``. OFFER is an entry point's fields
+and PATH is ``sys.path``, both as JSON; RESULT is the output file. PRINTED must be a file, so that
+what is printed can be assigned to the import that prints it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import os
 import sys
 import threading
 import warnings
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,28 +40,55 @@ def snapshot() -> dict[str, Any]:
     }
 
 
-def main(offer: str, path: str, result: str) -> None:
-    """Import the module of an offer, call its hooks and write ``{"heavy": …, "effects": …}``."""
-    sys.path[:] = json.loads(path)
-    import numpy  # noqa: F401  (allowed, although it changes the filters of warnings)
-
+def observe(imports: Callable[[], object]) -> dict[str, Any]:
+    """Return the side effects of an import: ``{"error": …, "heavy": …, "effects": …, …}``."""
     from tactile_core.errors import PluginError
-    from tactile_core.plugins.entry_points import Offer
-    from tactile_core.plugins.plugin import Plugin
 
     before, modules = snapshot(), set(sys.modules)
+    printed = os.fstat(1).st_size
     error = ""
     try:
-        Plugin.load(Offer(**json.loads(offer))).report(import_components=False)
+        imports()
     except PluginError as refusal:
         error = str(refusal)
+    sys.stdout.flush()
     after = snapshot()
     new = {name.partition(".")[0] for name in set(sys.modules) - modules}
-    found = {
+    return {
         "error": error,
         "heavy": sorted(new & set(HEAVY)),
         "effects": [what for what in before if before[what] != after[what]],
+        "printed": (printed, os.fstat(1).st_size),
     }
+
+
+def observe_all(offer: dict[str, str]) -> Iterator[dict[str, Any]]:
+    """Yield the side effects of the hooks' module, of each command and of each component."""
+    from tactile_core.plugins.entry_points import Offer
+    from tactile_core.plugins.plugin import Plugin, kind_in_words
+
+    loading = partial(Plugin.load, Offer(**offer))
+    hooks = observe(lambda: loading().report(import_components=False))
+    yield {"what": "its hooks' module", "listed": True, **hooks}
+    if hooks["error"]:
+        return
+    plugin = loading()
+    registered = plugin.report(import_components=False)
+    for name in registered.commands:
+        found = observe(partial(plugin.command, name))
+        yield {"what": f"its command {name}", "listed": True, **found}
+    for kind, names in registered.components.items():
+        for name in names:
+            found = observe(partial(plugin.component, kind, name))
+            yield {"what": f"its {kind_in_words(kind)} {name}", "listed": False, **found}
+
+
+def main(offer: str, path: str, result: str) -> None:
+    """Import what an offer registers and write the side effects of each import."""
+    sys.path[:] = json.loads(path)
+    import numpy  # noqa: F401  (allowed, although it changes the filters of warnings)
+
+    found = list(observe_all(json.loads(offer)))
     Path(result).write_text(json.dumps(found), encoding="utf-8")
 
 

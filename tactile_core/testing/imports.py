@@ -23,18 +23,24 @@ from tactile_core.testing.differences import CannotCheck, report
 
 @dataclass(frozen=True)
 class Imported:
-    """The side effects of importing a plugin's entry module.
+    """The side effects of one import.
 
     Attributes
     ----------
+    what : str
+        The hooks' module, a command or a component.
+    listed : bool
+        Whether listing plugins and commands imports it.
     heavy : tuple of str
         Imported packages that take long to import.
     effects : tuple of str
-        Changes of the process.
+        Changes of the process; none are reported of a heavy package, which has its own.
     output : str
         Text that it printed.
     """
 
+    what: str
+    listed: bool
     heavy: tuple[str, ...]
     effects: tuple[str, ...]
     output: str
@@ -45,37 +51,37 @@ class ImportChecks(Suite):
 
     @check()
     def test_light_import(self) -> None:
-        """Loading a plugin's hooks imports no heavy package."""
-        found = self._import_offer()
-        report(
-            f"plugin {self.plugin!r}",
-            f"its hooks' module imports {', '.join(found.heavy)}" if found.heavy else "",
-            why="it slows down listing plugins and loading any of its components",
-            do="import it in the module of the component that needs it, which is loaded on demand",
-        )
+        """Loading a plugin's hooks and its commands imports no heavy package."""
+        for found in self._imports():
+            heavy = ", ".join(found.heavy) if found.listed else ""
+            report(
+                f"plugin {self.plugin!r}",
+                heavy and f"{found.what} imports {heavy}",
+                why="it slows down 'tactile --help', and all that lists plugins",
+                do="import it in the module of the component that needs it, which is loaded on "
+                "demand, or in the function of the command",
+            )
 
     @check()
     def test_import_effects(self) -> None:
-        """Importing the plugin prints nothing and does not change the process."""
-        found = self._import_offer()
-        if found.heavy:
-            raise CannotCheck(
-                "see the check 'light_import'; such packages have effects of their own"
+        """Importing what it registers prints nothing, and listing it has no effects."""
+        for found in self._imports():
+            effects = found.effects if found.listed and not found.heavy else ()
+            printed = [f"prints {found.output[:60]!r}"] if found.output else []
+            words = ", ".join([*effects, *printed])
+            report(
+                f"plugin {self.plugin!r}",
+                words and f"importing {found.what} {words}",
+                why="other programs import it, some only to list what is installed, and their "
+                "output and settings are their own",
+                do="do this in the component or command that needs it (for a device, in _open); "
+                "log to logging.getLogger(__name__) and leave handlers to the program",
             )
-        printed = [f"prints {found.output[:60]!r}"] if found.output else []
-        effects = ", ".join([*found.effects, *printed])
-        report(
-            f"plugin {self.plugin!r}",
-            effects and f"importing its hooks' module {effects}",
-            why="other programs import it only to list the installed plugins",
-            do="do this in the component that needs it (for a device, in _open); log to "
-            "logging.getLogger(__name__) and leave handlers to the program",
-        )
 
-    def _import_offer(self) -> Imported:
+    def _imports(self) -> tuple[Imported, ...]:
         if self.registered.plugin is None:
             raise CannotCheck("see the check 'registration'")
-        return import_offer(self.registered.plugin.offer, tuple(sys.path))
+        return import_all(self.registered.plugin.offer, tuple(sys.path))
 
 
 def _first_environment() -> dict[str, str]:
@@ -88,31 +94,45 @@ def _first_environment() -> dict[str, str]:
 
 
 @cache
-def import_offer(offer: Offer, path: tuple[str, ...]) -> Imported:
-    """Import the module of an offer in a fresh interpreter.
+def import_all(offer: Offer, path: tuple[str, ...]) -> tuple[Imported, ...]:
+    """Import the module of an offer, and what it registers, in a fresh interpreter.
+
+    What cannot be imported is left to other checks.
 
     Raises
     ------
     CannotCheck
-        The import fails there.
+        The import of the module fails there.
     """
     with TemporaryDirectory(prefix="tactile-probe-") as folder:
-        result = Path(folder) / "result.json"
+        result, printed = Path(folder) / "result.json", Path(folder) / "printed"
         arguments = [json.dumps(asdict(offer)), json.dumps(path), str(result)]
-        done = subprocess.run(
-            [sys.executable, str(probe.__file__), *arguments],
-            env={**_first_environment(), "PYTHONDONTWRITEBYTECODE": "1"},
-            capture_output=True,
-            text=True,
-            timeout=60.0,  # [s] in a fresh interpreter
-            check=False,
-        )
+        with printed.open("wb") as stdout:
+            done = subprocess.run(
+                [sys.executable, str(probe.__file__), *arguments],
+                env={**_first_environment(), "PYTHONDONTWRITEBYTECODE": "1"},
+                stdout=stdout,
+                stderr=subprocess.PIPE,
+                text=True,
+                timeout=120.0,  # [s] in a fresh interpreter
+                check=False,
+            )
         if not result.is_file():
             raise CannotCheck(f"{offer} cannot be imported separately: {done.stderr[-500:]}")
         found = json.loads(result.read_text(encoding="utf-8"))
-    if found["error"]:
-        raise CannotCheck(found["error"])
-    return Imported(tuple(found["heavy"]), tuple(found["effects"]), done.stdout)
+        output = printed.read_bytes()
+    if found[0]["error"]:
+        raise CannotCheck(found[0]["error"])
+    return tuple(
+        Imported(
+            one["what"],
+            one["listed"],
+            tuple(one["heavy"]),
+            tuple(one["effects"]),
+            output[slice(*one["printed"])].decode(errors="replace"),
+        )
+        for one in found
+    )
 
 
 _FDS = Path("/proc/self/fd")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -27,7 +27,7 @@ from tactile_core.profiles.model import Profile
 from tactile_core.testing.differences import CannotCheck, depend_on
 from tactile_core.testing.virtual_presses import Rig, full_rig, generic_rig, small_rig
 
-SubjectKind = ComponentKind | Literal["profile"]
+SubjectKind = ComponentKind | Literal["command", "profile"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,16 @@ class Part:
 
     def __str__(self) -> str:
         return f"{self.kind} {self.use}"
+
+
+@dataclass(frozen=True)
+class AddedCommand:
+    """A command of ``tactile`` that the plugin adds."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"command {self.name}"
 
 
 @dataclass(frozen=True)
@@ -83,11 +93,21 @@ class Registered:
         return [Part(kind, f"{self.name}.{name}") for name in names]
 
     def subjects(self, *kinds: SubjectKind) -> list[object]:
-        """Return the components of some kinds, or the profiles."""
+        """Return the components of some kinds, the commands or the profiles."""
         found: list[object] = []
         for kind in kinds:
-            found += self.profiles() if kind == "profile" else self.parts(kind)
+            if kind == "command":
+                found += self.commands()
+            else:
+                found += self.profiles() if kind == "profile" else self.parts(kind)
         return found
+
+    def commands(self) -> list[AddedCommand]:
+        """Return the commands that the plugin adds."""
+        try:
+            return [*map(AddedCommand, self.plugin.commands() if self.plugin is not None else ())]
+        except PluginError:
+            return []
 
     def profiles(self) -> list[ProfileFile]:
         """Return the plugin's profiles, and the shipped ones that use it."""
@@ -124,6 +144,17 @@ class Registered:
         """
         with depend_on("components"):
             return resolve(part.kind, part.use)
+
+    def function_of(self, command: AddedCommand) -> Callable[..., None]:
+        """Return the function of a command.
+
+        Raises
+        ------
+        PluginError
+            It cannot be imported or called.
+        """
+        assert self.plugin is not None  # it registers the command
+        return self.plugin.command(command.name)
 
     def options(self, part: Part) -> BaseModel:
         """Return the options for testing a component; raises pydantic's error if invalid."""

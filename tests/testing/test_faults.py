@@ -43,7 +43,10 @@ REGISTERED: Mapping[str, tuple[str, str]] = {
 }
 IMPORTED: Mapping[str, tuple[str, str]] = {
     "imports_cv2": ("light_import", "imports cv2"),
+    "heavy_command": ("light_import", "its command x imports cv2"),
     "prints": ("import_effects", "prints 'welcome to the lab"),
+    "loud_command": ("import_effects", "its command x prints 'welcome to the command'"),
+    "loud_format": ("import_effects", "its recording format x prints 'welcome to the format"),
     "root_logger": ("import_effects", "sets up the root logger"),
     "starts_thread": ("import_effects", "leaves a thread running"),
     "opens_socket": ("import_effects", "leaves a file or socket open"),
@@ -137,6 +140,20 @@ FORMATS: Mapping[str, tuple[str, str]] = {
     "forgetful": ("copies", "the event 'reference' is written and the reference read"),
     "unclosed": ("format_leaks", "there is still the open file"),
 }
+SIMULATORS: Mapping[str, tuple[str, str]] = {
+    "small": ("rendering", "a frame has the shape (60, 80, 3), not (120, 160, 3)"),
+    "noisy": ("rendering", "the same seed and number give other frames"),
+}
+COMMANDS: Mapping[str, tuple[str, str]] = {
+    "undocumented_command": ("command", "it has no docstring, which is its help"),
+    "bare_command": ("command", "name, loud: no annotation"),
+    "star_command": (
+        "command",
+        "has the parameter 'names', to which nothing can be passed by name",
+    ),
+    "async_command": ("command", "does nothing when it is called"),
+    "untyped_command": ("command", "Typer currently doesn't support Union types"),
+}
 PROFILES: Mapping[str, tuple[str, str]] = {
     "unknown_key": ("profile", "did you mean 'thickness_mm'?"),
     "unknown_component": ("profile", "did you mean 'poisson'?"),
@@ -149,7 +166,17 @@ PROFILES: Mapping[str, tuple[str, str]] = {
 }
 USED = {"unpicklable": ("locked",), "failing": ("breaks",)}
 """Faulty plugins whose components a profile names."""
-FAULTS = {**REGISTERED, **DEVICES, **CALIBRATIONS, **ESTIMATORS, **SINKS, **FORMATS, **PROFILES}
+FAULTS = {
+    **REGISTERED,
+    **DEVICES,
+    **CALIBRATIONS,
+    **ESTIMATORS,
+    **SINKS,
+    **FORMATS,
+    **SIMULATORS,
+    **COMMANDS,
+    **PROFILES,
+}
 ALSO = {
     "random": {"state", "pickling"},  # a random result fails every comparison
     "shared": {"state", "pickling"},  # class attributes are neither reset nor pickled
@@ -220,7 +247,7 @@ def test_a_side_effect_of_an_import_fails_its_check(name: str) -> None:
 
 
 def test_a_valid_plugin_passes() -> None:
-    for name in ("sound", "depths", "folders"):
+    for name in ("sound", "depths", "folders", "smooth", "greeting"):
         assert failures(suite_of(name, stall=stall), imports=True) == {}
 
 

@@ -9,9 +9,10 @@ from tactile_core.interfaces.hookspecs import hookimpl
 
 
 class Hooks:
-    """Registers a class of cameras, lights, drivers, calibrations, … or formats as ``x``.
+    """Registers a class of cameras, lights, …, formats or simulators, or a command, as ``x``.
 
-    A model of ``calibrations`` comes with its calibrator, unless another one is named.
+    One of another module is named with it, ``"loud_formats:Folders"``. A model of
+    ``calibrations`` comes with its calibrator, unless another one is named.
     """
 
     def __init__(
@@ -25,6 +26,8 @@ class Hooks:
         estimators: str = "",
         sinks: str = "",
         formats: str = "",
+        simulators: str = "",
+        commands: str = "",
         profiles: str = "",
     ) -> None:
         self._cameras = _listed("cameras", cameras)
@@ -36,6 +39,8 @@ class Hooks:
         self._estimators = _listed("estimators", estimators)
         self._sinks = _listed("sinks", sinks)
         self._formats = _listed("formats", formats)
+        self._simulators = _listed("simulators", simulators)
+        self._commands = _listed("commands", commands)
         self._profiles = profiles
 
     @hookimpl
@@ -71,6 +76,14 @@ class Hooks:
         return self._formats
 
     @hookimpl
+    def tactile_simulators(self) -> dict[str, str]:
+        return self._simulators
+
+    @hookimpl
+    def tactile_commands(self) -> dict[str, str]:
+        return self._commands
+
+    @hookimpl
     def tactile_profiles(self) -> Path | None:
         folder = Path(__file__).parent / "profiles" / self._profiles
         return folder if self._profiles else None
@@ -88,8 +101,9 @@ class Listing:
         return ["fake_faulty.estimators:Sound"]
 
 
-def _listed(module: str, cls: str) -> dict[str, str]:
-    return {"x": f"fake_faulty.{module}:{cls}"} if cls else {}
+def _listed(module: str, name: str) -> dict[str, str]:
+    value = name if ":" in name else f"{module}:{name}"
+    return {"x": f"fake_faulty.{value}"} if name else {}
 
 
 nothing = SimpleNamespace()

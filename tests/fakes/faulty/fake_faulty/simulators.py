@@ -1,0 +1,71 @@
+"""Simulators that each do one thing wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_core.interfaces.component import SensorBuild
+from tactile_core.interfaces.simulator import Renderer, Simulator
+from tactile_core.quantities import Frame
+
+
+class Grey(Renderer):
+    """Renders a grey image."""
+
+    channels = ("red", "green", "blue")
+    full_scale = 255.0
+
+    def take_frame(
+        self,
+        height_mm: NDArray[Any],
+        displacement_mm: NDArray[Any] | None = None,
+        *,
+        number: int,
+        time_s: float = 0.0,
+    ) -> Frame:
+        pixels = np.full((*self.shape(height_mm), len(self.channels)), 128.0, np.float32)
+        return Frame(pixels + self.noise(number), self.channels, 0.1, timestamp_s=time_s)
+
+    def shape(self, height_mm: NDArray[Any]) -> tuple[int, ...]:
+        return height_mm.shape
+
+    def noise(self, number: int) -> float:
+        return float(number)
+
+
+class Smooth(Simulator):
+    """Does nothing wrong."""
+
+    optics: type[Grey] = Grey
+
+    def renderer(self, build: SensorBuild, *, seed: int = 0) -> Renderer:
+        return self.optics()
+
+    def write_presses(self, build: SensorBuild, folder: Path, *, count: int) -> float:
+        return 4.0
+
+
+class Half(Grey):
+    def shape(self, height_mm: NDArray[Any]) -> tuple[int, ...]:
+        return tuple(side // 2 for side in height_mm.shape)
+
+
+class Small(Smooth):
+    """Renders images of another size."""
+
+    optics = Half
+
+
+class Unseeded(Grey):
+    def noise(self, number: int) -> float:
+        return float(np.random.default_rng().normal())
+
+
+class Noisy(Smooth):
+    """Renders another noise each time."""
+
+    optics = Unseeded

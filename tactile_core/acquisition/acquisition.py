@@ -116,7 +116,7 @@ class Acquisition:
         if self._trigger is not Trigger.CAMERA and self._driver is None and len(self.exposures) > 1:
             raise InputError(
                 f"one observation takes {len(self.exposures)} exposures under different lights, "
-                f"but {origin_of(type(self._camera))} does not switch them; name a light driver in "
+                f"but {origin_of(self._camera)} does not switch them; name a light driver in "
                 f"the profile, as 'illumination: {{driver: {{use: …}}}}'"
             )
         if self._trigger is Trigger.FREE_RUNNING and self._stream is None:

@@ -15,7 +15,7 @@ from tactile_core.cli.compare import compare
 from tactile_core.cli.doctor import devices, doctor
 from tactile_core.cli.explaining import guard_command
 from tactile_core.cli.importing import import_
-from tactile_core.cli.output import print_message
+from tactile_core.cli.output import only_data_on_stdout, print_message
 from tactile_core.cli.profiles import new, plugins, profiles, schema, validate
 from tactile_core.cli.record import convert, record, recover
 from tactile_core.cli.run import run
@@ -35,8 +35,12 @@ ADDED_BY: Mapping[str, str] = {
 
 
 class Commands(TyperGroup):
-    """The core's commands first, then those that plugins add."""
+    """The core's commands first, then those that plugins add.
 
+    Looking for a command imports plugins, whose prints go to stderr.
+    """
+
+    @only_data_on_stdout()
     def list_commands(self, ctx: Context) -> list[str]:
         """Return the names in the order of the help; note which commands cannot be used."""
         from tactile_core.plugins.registry import added_commands
@@ -54,6 +58,7 @@ class Commands(TyperGroup):
                 usable.append(name)
         return usable
 
+    @only_data_on_stdout()
     def get_command(self, ctx: Context, cmd_name: str) -> Command | None:
         """Return a command by its name.
 

@@ -12,6 +12,7 @@ import typer
 from tactile_core.cli.output import StdoutClosed, flush_stdout, only_data_on_stdout, print_message
 from tactile_core.cli.signals import Signalled
 from tactile_core.errors import TactileError, words_of
+from tactile_core.plugins.blame import fault, is_of_the_machine
 from tactile_core.plugins.entry_points import opencv_fault_behind
 
 
@@ -22,9 +23,9 @@ class Carried(Exception):
     end of the command, but a plugin or a library can raise them for other reasons.
     """
 
-    def __init__(self, error: BaseException) -> None:
+    def __init__(self, error: BaseException, command: Callable[..., None]) -> None:
         super().__init__(str(type(error)))
-        self.error = error
+        self.error, self.command = error, command
 
 
 def guard_command(command: Callable[..., None]) -> Callable[..., None]:
@@ -38,7 +39,7 @@ def guard_command(command: Callable[..., None]) -> Callable[..., None]:
         except typer.Exit:
             raise
         except BaseException as error:
-            raise Carried(error) from None
+            raise Carried(error, command) from None
 
     return inside
 
@@ -54,7 +55,9 @@ def explain(caught: BaseException, debug: bool) -> int:
     debug : bool
         Print the traceback as well.
     """
-    error = caught.error if isinstance(caught, Carried) else caught
+    error, command = (
+        (caught.error, caught.command) if isinstance(caught, Carried) else (caught, None)
+    )
     flush_stdout()
     if isinstance(error, Signalled):
         return error.exit_code
@@ -65,16 +68,19 @@ def explain(caught: BaseException, debug: bool) -> int:
         import traceback
 
         print_message("".join(traceback.format_exception(error)).rstrip())
-    return _report_error(error)
+    return _report_error(error, command)
 
 
-def _report_error(error: BaseException) -> int:
+def _report_error(error: BaseException, command: Callable[..., None] | None) -> int:
+    from tactile_core.plugins.registry import origin_of
+
+    of_plugin = command is not None and not origin_of(command).is_core
     if isinstance(error, TactileError):
         print_message(f"tactile: {error}")
         return error.exit_code
-    fault = opencv_fault_behind(error)
-    if fault:
-        print_message(f"tactile: {fault}")
+    opencv = opencv_fault_behind(error)
+    if opencv:
+        print_message(f"tactile: {opencv}")
         return 1
     if isinstance(error, MemoryError):
         print_message(
@@ -85,13 +91,15 @@ def _report_error(error: BaseException) -> int:
         # made by another command since this one looked
         print_message(f"tactile: {error.filename} already exists; name another one")
         return 2
-    if isinstance(error, OSError):
+    if isinstance(error, OSError) and (error.filename or is_of_the_machine(error) or not of_plugin):
         where = f" ({error.filename})" if error.filename else ""
-        print_message(f"tactile: {error.strerror or error}{where}")
+        print_message(f"tactile: {error.strerror or words_of(error)}{where}")
         return 1
     code = _reported_usage(error)
     if code is not None:
         return code
+    if of_plugin:
+        return _report_error(fault("the command", command, f"failed: {words_of(error)}"), None)
     message = "; ".join([words_of(error), *getattr(error, "__notes__", ())])
     if isinstance(error, KeyboardInterrupt):
         print_message(

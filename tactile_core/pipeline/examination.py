@@ -137,7 +137,7 @@ def _examine_devices(profile: Profile, timeout_s: float) -> Iterator[Check]:
         yield Check("camera library", "problem", str(error), error.exit_code)
         return
     if not camera.live:
-        where = origin_of(type(camera))
+        where = origin_of(camera)
         yield Check(
             "camera", "unknown", f"{where} opens no device; give a recording with --input, or --sim"
         )

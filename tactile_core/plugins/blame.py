@@ -8,8 +8,13 @@ from types import TracebackType
 
 from tactile_core.errors import PluginFault, TactileError, words_of
 
-# Error codes of a full disk or file table, which are not the component's fault.
+# Error codes of a full disk or file table.
 _OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EMFILE, errno.ENFILE}
+
+
+def is_of_the_machine(error: BaseException) -> bool:
+    """Whether a disk or a table of open files is full, which is no fault of a component."""
+    return isinstance(error, OSError) and error.errno in _OF_THE_MACHINE
 
 
 class _Blame:
@@ -34,14 +39,11 @@ class _Blame:
         from tactile_core.plugins.registry import origin_of
 
         part, component = self._part, self._component
-        cls = component if isinstance(component, type) else type(component)
-        passes = isinstance(error, TactileError | KeyboardInterrupt) or (
-            isinstance(error, OSError) and error.errno in _OF_THE_MACHINE
-        )
-        if passes or (isinstance(error, Exception) and origin_of(cls).is_core):
-            error.add_note(f"raised by {part} ({origin_of(cls)})")
+        passes = isinstance(error, TactileError | KeyboardInterrupt) or is_of_the_machine(error)
+        if passes or (isinstance(error, Exception) and origin_of(component).is_core):
+            error.add_note(f"raised by {part} ({origin_of(component)})")
             return
-        raise fault(part, cls, f"failed: {words_of(error)}") from error
+        raise fault(part, component, f"failed: {words_of(error)}") from error
 
 
 def blame(part: str, component: object) -> AbstractContextManager[None]:
@@ -57,7 +59,7 @@ def blame(part: str, component: object) -> AbstractContextManager[None]:
     part : str
         Role of the component: ``"step 'height'"``, ``"the camera"``.
     component : object
-        The component or its class.
+        The component, its class, or the function of a command.
 
     Raises
     ------
@@ -79,7 +81,7 @@ def fault(part: str, component: object, what: str) -> PluginFault:
     """
     from tactile_core.plugins.registry import origin_of
 
-    origin = origin_of(component if isinstance(component, type) else type(component))
+    origin = origin_of(component)
     whose = "tactile-core, so please report it" if origin.is_core else "that plugin"
     return PluginFault(f"{part} ({origin}) {what}; this is a fault of {whose}")
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import FunctionType
 from typing import TYPE_CHECKING, Literal, overload
 from weakref import WeakKeyDictionary
 
@@ -41,20 +42,20 @@ if TYPE_CHECKING:
 # no other distribution can replace it
 _CORE = Offer("core", "tactile_core.builtin", GROUP, "tactile-core", __version__)
 
-# Name under which each component's class was resolved, and the plugin that offers it.
-_RESOLVED: WeakKeyDictionary[type, tuple[str, Offer]] = WeakKeyDictionary()
+# Name under which each class or command was resolved, and the plugin that offers it.
+_RESOLVED: WeakKeyDictionary[object, tuple[str, Offer]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
 class Origin:
-    """The plugin that a class belongs to.
+    """The plugin that a component belongs to.
 
     Attributes
     ----------
     name : str
-        ``plugin.name`` of a component, else the class's module and name.
+        ``plugin.name`` of a component or command, else the module and name of its code.
     offer : Offer or None
-        The plugin; None if the class belongs to none.
+        The plugin; None if the component belongs to none.
     """
 
     name: str
@@ -62,7 +63,7 @@ class Origin:
 
     @property
     def is_core(self) -> bool:
-        """Whether the class belongs to the core."""
+        """Whether the component belongs to the core."""
         return self.offer is _CORE
 
     def __str__(self) -> str:
@@ -181,15 +182,17 @@ def registered_name(kind: ComponentKind, cls: type) -> str | None:
     return None
 
 
-def origin_of(cls: type) -> Origin:
-    """Return the plugin of a class: the one it was resolved from, or that of its package.
+def origin_of(component: object) -> Origin:
+    """Return the plugin of a component, its class, or a command.
 
-    A class that was unpickled or fitted by a component was never resolved by name.
+    It is the one that it was resolved from, or that of its package: a class that was unpickled or
+    fitted by a component was never resolved by name.
     """
-    if cls in _RESOLVED:
-        return Origin(*_RESOLVED[cls])
-    written = f"{cls.__module__}:{cls.__qualname__}"
-    package = _package(cls.__module__)
+    code = component if isinstance(component, type | FunctionType) else type(component)
+    if code in _RESOLVED:
+        return Origin(*_RESOLVED[code])
+    written = f"{code.__module__}:{code.__qualname__}"
+    package = _package(code.__module__)
     offers = (_CORE, *_foreign_offers())
     offer = next((o for o in offers if _package(o.value) == package), None)
     return Origin(_name_of(written, offer) or written.replace(":", "."), offer)
@@ -271,7 +274,11 @@ def find_command(name: str) -> Callable[..., None] | None:
             f"the command {name!r} is added by {' and by '.join(p.offer.origin for p in adding)}; "
             f"uninstall all but one of them"
         )
-    return adding[0].command(name) if adding else None
+    if not adding:
+        return None
+    offer, found = adding[0].offer, adding[0].command(name)
+    _RESOLVED[found] = f"{offer.name}.{name}", offer
+    return found
 
 
 def _working_plugins() -> Iterator[Plugin]:

@@ -86,6 +86,9 @@ def test_a_command_that_cannot_be_used_is_a_problem_of_its_plugin(
         ("raise RuntimeError('no licence')", "no licence"),
         ("greet = 3", "is not a function"),
         ("from __future__ import annotations\ndef greet(name: Nothing): ...", "'Nothing'"),
+        ("def greet(*names: str): ...", "to which nothing can be passed by name"),
+        ("async def greet(name: str): ...", "does nothing when it is called"),
+        ("def greet(name: str): yield name", "does nothing when it is called"),
     ],
 )
 def test_a_command_that_cannot_be_used_hides_no_other(
@@ -97,6 +100,61 @@ def test_a_command_that_cannot_be_used_hides_no_other(
     assert "calibrate" in done.stdout
     assert said in done.stderr
     assert said in refused("greet", "anna")
+
+
+@pytest.mark.parametrize(
+    ("raised", "cause"),
+    [
+        ("ValueError('no licence')", "ValueError: no licence"),
+        ("BrokenPipeError", "BrokenPipeError: no reason given"),
+        ("ConnectionResetError(104, 'reset')", "ConnectionResetError: [Errno 104] reset"),
+        ("EOFError", "EOFError: no reason given"),
+        ("SystemExit(0)", "SystemExit: 0"),
+        ("KeyboardInterrupt", "KeyboardInterrupt: no reason given"),
+    ],
+)
+def test_a_failure_of_an_added_command_names_its_plugin(
+    install: Install, raised: str, cause: str
+) -> None:
+    failing = f'def greet() -> None:\n    """Fail."""\n    raise {raised}\n'
+    install("lab", {"greeting.py": failing}, tactile_commands={"greet": "own_lab.greeting:greet"})
+    done = tactile("greet")
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"tactile: the command (lab.greet, from tactile-lab 1.0) failed: {cause}; "
+        f"this is a fault of that plugin\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("raised", "said"),
+    [
+        ("OSError(28, 'No space left on device')", "tactile: No space left on device\n"),
+        ("PermissionError(13, 'Permission denied', 'x')", "tactile: Permission denied (x)\n"),
+    ],
+)
+def test_a_full_disk_and_a_file_of_the_user_are_no_fault_of_a_command(
+    install: Install, raised: str, said: str
+) -> None:
+    failing = f'def greet() -> None:\n    """Fail."""\n    raise {raised}\n'
+    install("lab", {"greeting.py": failing}, tactile_commands={"greet": "own_lab.greeting:greet"})
+    assert tactile("greet").stderr == said
+
+
+@pytest.mark.parametrize(
+    "words", [("--help",), ("greet", "anna"), ("greet", "--help"), ("plugins", "--json")]
+)
+def test_what_a_plugin_prints_while_it_is_imported_stays_out_of_stdout(
+    install: Install, words: tuple[str, ...]
+) -> None:
+    hooks = {"tactile_commands": {"greet": "own_lab.greeting:greet"}}
+    package = install("lab", {"greeting.py": GREETING + "print('from the command')\n"}, **hooks)
+    with (package / "__init__.py").open("a", encoding="utf-8") as module:
+        module.write("print('from the hooks')\n")
+    done = tactile(*words)
+    assert done.returncode == 0
+    assert "from the hooks" in done.stderr
+    assert "from the" not in done.stdout
 
 
 def test_a_command_that_the_core_has_stays_the_core_s(install: Install) -> None:

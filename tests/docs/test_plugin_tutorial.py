@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -40,7 +42,7 @@ def written(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
 def test_the_plugin_of_the_page_is_valid() -> None:
     info = next(info for info in list_plugins(import_components=True) if info.name == "ourlab")
     assert (info.status, info.problems) == ("ok", ())
-    assert info.components == {"camera": ("test_card",)}
+    assert info.components == {"camera": ("colour_chart",)}
 
 
 @pytest.mark.usefixtures("written")
@@ -57,8 +59,22 @@ def test_the_profile_of_the_page_is_valid() -> None:
 
     path = profile_directories()["ourlab"] / "ourlab_bench.yaml"
     profile = load_profile(path)
-    assert profile.camera.use == "ourlab.test_card"
+    assert profile.camera.use == "ourlab.colour_chart"
     assert load_profile("ourlab_bench") == profile
+
+
+def test_pytest_collects_the_tests_of_the_page_without_a_warning(written: Path) -> None:
+    words = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-W", "error"]
+    done = subprocess.run(
+        [*words, "-p", "no:cacheprovider", "."],
+        cwd=written,
+        env={**os.environ, "PYTHONPATH": str(written)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "test_opening[camera ourlab.colour_chart]" in done.stdout
 
 
 def test_the_links_of_the_page_are_valid(page: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from tactile_core.algorithms.light.sequence import are_unrelated
 from tactile_core.errors import InputError
-from tactile_core.formats.files import is_file
+from tactile_core.formats.files import is_file, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, read_image
 from tactile_core.formats.video import NOMINAL_FPS, VIDEO_SUFFIXES, Video
 from tactile_core.plugins.blame import blame
@@ -240,10 +240,11 @@ def recording_file(path: Path) -> RecordingFile:
     Raises
     ------
     InputError
-        It is damaged, or not of the format that its name says.
+        It does not exist, is damaged, or is not of the format that its name says.
     PluginError
         The format's distribution is not installed, or broken.
     """
+    status(path)
     name = _format_of(path)
     if name is not None:
         kind = resolve("recording_format", name)

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from support.command_line import refused
 from support.own_plugins import Install
 from support.recordings import SESSION, image, write, written
 
@@ -288,13 +289,23 @@ def test_a_format_whose_distribution_is_absent_is_named_with_its_pip_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(source, "_BROUGHT", {".xyz": "elsewhere.xyz"})
-    written(tmp_path / "a.mcap", 1)
+    (tmp_path / "b.xyz").touch()
     for use in (
         lambda: recording_file(tmp_path / "b.xyz"),
-        lambda: copy_writer(tmp_path / "b.xyz"),
+        lambda: copy_writer(tmp_path / "c.xyz"),
     ):
         with pytest.raises(PluginError, match=r"'elsewhere\.xyz' .*pip install tactile-elsewhere"):
             use()
+
+
+def test_a_missing_recording_is_missing_also_if_its_format_is_absent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(source, "_BROUGHT", {".h5": "elsewhere.h5"})
+    with pytest.raises(InputError, match=r"a\.h5: there is no such file"):
+        recording_file(tmp_path / "a.h5")
+    assert "there is no such file" in refused("convert", tmp_path / "a.h5", tmp_path / "b.mcap")
+    assert "there is no such file" in refused("run", "hex_fingertip", "--input", tmp_path / "a.h5")
 
 
 def test_hdf5_is_no_format_of_live_recordings(tmp_path: Path) -> None:

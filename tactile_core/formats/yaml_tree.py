@@ -194,7 +194,7 @@ def refusal(problems: list[Problem]) -> ProfileError:
     if len(ordered) == 1:
         return ProfileError(str(ordered[0]), ordered)
     lines = "\n".join(map(str, ordered))
-    return ProfileError(f"there are {len(ordered)} mistakes in the profile:\n{lines}", ordered)
+    return ProfileError(f"there are {len(ordered)} problems with the profile:\n{lines}", ordered)
 
 
 def _text(path: Path) -> str:

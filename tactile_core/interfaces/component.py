@@ -27,7 +27,7 @@ def is_component_name(text: str) -> bool:
 def _component_named(text: str) -> str:
     if not is_component_name(text):
         raise ValueError(
-            f"should be plugin.name, for example 'core.poisson', not {shorten_repr(text)}"
+            f"should be plugin.name, as 'tactile plugins' lists it, not {shorten_repr(text)}"
         )
     return text
 

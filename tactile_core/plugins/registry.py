@@ -152,8 +152,7 @@ def resolve(kind: ComponentKind, name: str) -> type:
             f"write the new name"
         )
     if not dot or not component:
-        example = f"{_CORE.name}.{plugin_name or 'name'}"
-        raise PluginError(f"{wanted}: write plugin.name, for example {example!r}")
+        raise PluginError(f"{wanted}: write plugin.name, as 'tactile plugins' lists it")
     if name in COMPONENTS:
         raise PluginError(f"{wanted} is of an earlier version; {COMPONENTS[name]}")
     offer = _offer(plugin_name, wanted)

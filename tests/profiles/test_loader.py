@@ -120,11 +120,22 @@ def test_all_errors_are_reported_together_with_their_lines(tmp_path: Path) -> No
 
 
 def test_the_message_counts_the_errors(tmp_path: Path) -> None:
-    with pytest.raises(ProfileError, match=r"^there are 12 mistakes in the profile:\n"):
+    with pytest.raises(ProfileError, match=r"^there are 12 problems with the profile:\n"):
         load_profile(write(tmp_path, "p.yaml", INVALID))
     with pytest.raises(ProfileError) as one:
         load_profile(write(tmp_path, "p.yaml", VALID + "gell: {}\n"))
     assert "\n" not in str(one.value)
+
+
+def test_each_missing_plugin_is_named_with_its_pip_command(tmp_path: Path) -> None:
+    text = VALID.replace("core.replay", "nowhere.camera").replace("core.poisson", "elsewhere.step")
+    with pytest.raises(ProfileError) as both:
+        load_profile(write(tmp_path, "p.yaml", text))
+    heading, *lines = str(both.value).splitlines()
+    assert "mistake" not in heading
+    for line, plugin in zip(lines, ("nowhere", "elsewhere"), strict=True):
+        assert f"needs the plugin {plugin!r}, which is not installed" in line
+        assert f"run 'pip install tactile-{plugin}'" in line
 
 
 def test_errors_have_file_line_column_and_key(tmp_path: Path) -> None:
@@ -170,8 +181,8 @@ def test_errors_have_file_line_column_and_key(tmp_path: Path) -> None:
             "5:1: camera: should be a mapping; write {use: core.replay}",
         ),
         ("use: core.replay", "uses: core.replay", "camera.use: is missing; add it"),
-        ("use: core.replay", "use: replay", "should be plugin.name, for example 'core.poisson'"),
-        ("use: core.replay", "use: core.", "should be plugin.name, for example 'core.poisson'"),
+        ("use: core.replay", "use: replay", "should be plugin.name, as 'tactile plugins' lists it"),
+        ("use: core.replay", "use: core.", "should be plugin.name, as 'tactile plugins' lists it"),
         (
             "use: core.replay",
             "use: core.poisson",

@@ -20,7 +20,7 @@ from tactile_core.bundles.manifest import (
     read_manifest,
     write_manifest,
 )
-from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError
+from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError, words_of
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.formats.text import shorten_repr
@@ -106,18 +106,15 @@ class Bundle:
         ------
         InputError
             The folder holds anything but a bundle.
+        PluginFault
+            An artefact cannot be saved, or not be loaded again; the previous contents remain.
         OSError
             Writing fails; the previous contents remain.
         """
         directory = check_place(directory)
         with fresh_folder(directory) as fresh:
             for name, artefact in self.artefacts.items():
-                folder = fresh / name
-                folder.mkdir()
-                with blame(_words(name), artefact):
-                    artefact.save(folder)
-                if not any(folder.iterdir()):
-                    folder.rmdir()  # a manifest lists files, not folders
+                _save_artefact(artefact, name, fresh / name)
             if self.reference is not None:
                 write_npz(fresh / _REFERENCE, reference_arrays(self.reference))
             if report is not None:
@@ -300,11 +297,36 @@ def default_place(profile: Profile, serial: str | None, gel: str | None = None) 
     return user_data_path("tactile-core") / "bundles" / profile.name / name
 
 
+def _save_artefact(artefact: Artefact, name: str, folder: Path) -> None:
+    folder.mkdir()
+    with blame(_words(name), artefact):
+        artefact.save(folder)
+    if not any(folder.iterdir()):
+        folder.rmdir()  # a manifest lists files, not folders
+    try:
+        _load_artefact(type(artefact), name, folder)
+    except PluginFault:
+        raise
+    except TactileError as error:
+        what = f"cannot load what it has saved ({words_of(error)})"
+        raise fault(_words(name), artefact, what) from error
+
+
+def _load_artefact(cls: type[Artefact], name: str, folder: Path) -> Artefact:
+    with blame(_words(name), cls):
+        artefact = cls.load(folder)
+    wanted = _KINDS.get(name, Artefact)
+    if not isinstance(artefact, wanted):
+        found = type(artefact).__name__
+        raise fault(_words(name), cls, f"loaded {found}, no {wanted.__name__}")
+    loaded: Artefact = artefact
+    return loaded
+
+
 def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
     cls = resolve("artefact", use)
     try:
-        with blame(_words(name), cls):
-            artefact = cls.load(directory / name)
+        return _load_artefact(cls, name, directory / name)
     except PluginFault:
         raise
     except TactileError as error:
@@ -314,12 +336,6 @@ def _loaded_artefact(directory: Path, name: str, use: str) -> Artefact:
             f"bundle {directory}: {use} cannot load its model ({type(error).__name__}: {error}); "
             f"calibrate again"
         ) from error
-    wanted = _KINDS.get(name, Artefact)
-    if not isinstance(artefact, wanted):
-        found = type(artefact).__name__
-        raise fault(_words(name), cls, f"loaded {found}, no {wanted.__name__}")
-    loaded: Artefact = artefact
-    return loaded
 
 
 def _words(name: str) -> str:

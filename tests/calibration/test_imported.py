@@ -46,6 +46,22 @@ class Unregistered(Matrix):
     pass
 
 
+class Forgetful(Matrix):
+    def save(self, directory):
+        pass
+
+    @classmethod
+    def load(cls, directory):
+        if not directory.exists():
+            raise CalibrationError("its weights are missing; calibrate again")
+        return super().load(directory)
+
+
+class Hasty(Matrix):
+    def save(self, directory):
+        (directory / "weights.txt").write_text("0")
+
+
 class MatrixImporter(Importer):
     def read(self, path, build):
         try:
@@ -64,6 +80,16 @@ class Careless(Importer):
         return {}["weights"]
 
 
+class ForgetfulImporter(Importer):
+    def read(self, path, build):
+        return Forgetful(np.zeros((3, 2)))
+
+
+class HastyImporter(Importer):
+    def read(self, path, build):
+        return Hasty(np.zeros((3, 2)))
+
+
 class Stranger(Importer):
     def read(self, path, build):
         return Unregistered(np.zeros((3, 2)))
@@ -72,6 +98,8 @@ KINDS = {
     "matrix": "MatrixImporter",
     "nothing": "Nothing",
     "careless": "Careless",
+    "forgetful": "ForgetfulImporter",
+    "hasty": "HastyImporter",
     "stranger": "Stranger",
 }
 
@@ -82,7 +110,9 @@ def plugin(install: Install) -> None:
         "lab",
         {"matrix.py": MATRIX},
         tactile_importers={kind: f"own_lab.matrix:{name}" for kind, name in KINDS.items()},
-        tactile_artefacts={"matrix": "own_lab.matrix:Matrix"},
+        tactile_artefacts={
+            name.lower(): f"own_lab.matrix:{name}" for name in ("Matrix", "Forgetful", "Hasty")
+        },
     )
 
 
@@ -174,9 +204,11 @@ def test_an_unknown_kind_is_one_sentence_with_the_known_ones(run: Words) -> None
     said = refused(*run(kind="lab.other"))
     assert said.count("\n") == 1
     assert "no importer 'other'" in said
-    assert "(installed importers: lab.careless, lab.matrix, lab.nothing, lab.stranger)" in said
+    assert f"(installed importers: {', '.join(f'lab.{kind}' for kind in sorted(KINDS))})" in said
     assert "pip install" in refused(*run(kind="elsewhere.matrix"))
-    assert "write plugin.name" in refused(*run(kind="matrix"))
+    said = refused(*run(kind="matrix"))
+    assert "write plugin.name" in said
+    assert "core.matrix" not in said  # the core has no importer
 
 
 @pytest.mark.parametrize(
@@ -213,10 +245,15 @@ def test_a_bundle_never_replaces_the_file_that_it_is_made_of(run: Words, tmp_pat
         ("lab.nothing", "returned NoneType, not a Calibration"),
         ("lab.careless", "failed: KeyError: 'weights'"),
         ("lab.stranger", "is registered by no hook tactile_artefacts"),
+        ("lab.forgetful", "cannot load what it has saved (CalibrationError: its weights are"),
+        ("lab.hasty", "failed: FileNotFoundError"),
     ],
 )
-def test_a_fault_of_an_importer_names_its_plugin(run: Words, kind: str, said: str) -> None:
+def test_a_fault_of_an_importer_names_its_plugin_and_writes_nothing(
+    run: Words, tmp_path: Path, kind: str, said: str
+) -> None:
     done = tactile(*run(kind=kind))
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
     assert said in done.stderr
     assert "tactile-lab 1.0" in done.stderr
+    assert not (tmp_path / "bundle").exists()

@@ -82,6 +82,9 @@ def _report_error(error: BaseException, command: Callable[..., None] | None) -> 
     if opencv:
         print_message(f"tactile: {opencv}")
         return 1
+    if isinstance(error, typer.Abort):  # the user's answer to a question of a plugin's command
+        print_message("tactile: ended, as you answered")
+        return 1
     if isinstance(error, MemoryError):
         print_message(
             "tactile: there is not enough memory for this; give smaller images or fewer of them"

@@ -12,13 +12,19 @@ from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import InputError, PluginError
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
 from tactile_core.interfaces.calibration import Progress
-from tactile_core.interfaces.recording_format import EventEntry, RecordingFile
+from tactile_core.interfaces.recording_format import (
+    REFERENCE,
+    EventEntry,
+    ImageEntry,
+    RecordingFile,
+)
 from tactile_core.interfaces.recording_writer import RecordedImage
 from tactile_core.interfaces.sink import Reading, Sink
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import recorded_session
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.sinks import CORE, Sinks
+from tactile_core.plugins.blame import blame
 from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
@@ -228,34 +234,36 @@ def _copy(source: Path, out: Path, advance: Callable[[float], None]) -> tuple[in
     count = 0
     with recording_file(source) as file:
         writer = copy_writer(out)
-        writer.open(file.session)
-        with closing(writer):
+        reads, writes = blame("the recording", file), blame("the copy", writer)
+        with writes:
+            writer.open(file.session)
+        with writes, closing(writer):
             for number, entry in enumerate(file.entries):
                 if isinstance(entry, EventEntry):
-                    _copy_reference(file, entry, writer.write_reference)
+                    name = entry.values.get("name")
+                    if entry.name == REFERENCE and isinstance(name, str):
+                        with reads:
+                            reference = file.reference(name)
+                        writer.write_reference(name, reference)
                     writer.write_event(entry.name, entry.values)
                 else:
-                    about = entry.described
-                    writer.write_image(
-                        RecordedImage(
-                            file.image(entry),
-                            int(about["number"]),
-                            about.get("observation"),
-                            int(about.get("exposure_index") or 0),
-                            about.get("levels") or {},
-                        )
-                    )
+                    with reads:
+                        image = _read_image(file, entry)
+                    writer.write_image(image)
                     count += 1
                 advance((number + 1) / len(file.entries))
         return count, file.missing
 
 
-def _copy_reference(
-    file: RecordingFile, entry: EventEntry, write: Callable[[str, Reference], None]
-) -> None:
-    if entry.name == "reference" and isinstance(entry.values.get("name"), str):
-        name = entry.values["name"]
-        write(name, file.reference(name))
+def _read_image(file: RecordingFile, entry: ImageEntry) -> RecordedImage:
+    about = entry.described
+    return RecordedImage(
+        file.image(entry),
+        int(about["number"]),
+        about.get("observation"),
+        int(about.get("exposure_index") or 0),
+        about.get("levels") or {},
+    )
 
 
 def _record(sensor: Sensor, out: Path, readings: bool, advance: Callable[[float], None]) -> int:

@@ -19,7 +19,8 @@ from tactile_core.interfaces.recording_format import (
     RecordingFile,
 )
 from tactile_core.interfaces.recording_writer import RecordedSession
-from tactile_core.quantities import Frame, Quantity, Reference
+from tactile_core.plugins.blame import blame
+from tactile_core.quantities import Frame, Image, Quantity, Reference
 from tactile_core.recordings.output_folder import safe_stem
 from tactile_core.recordings.session_files import own_reference
 from tactile_core.recordings.source import Observation, ObservationSource
@@ -78,7 +79,7 @@ class RecordedSource(ObservationSource):
         if not self._played:
             raise InputError(f"{file.path} has no complete observation; record again")
         self.turns: Mapping[int, Turn] = {n: turn for n, turn in turns.items() if turn != Turn()}
-        self.kind = ImageKind.from_pixels(file.image(self._played[0][0]).pixels)
+        self.kind = ImageKind.from_pixels(self._image(self._played[0][0]).pixels)
 
     @property
     def session(self) -> RecordedSession:
@@ -131,13 +132,14 @@ class RecordedSource(ObservationSource):
 
     def reference(self, name: str) -> Reference:
         """Read a reference that a :class:`Turn` names."""
-        return self._file.reference(name)
+        with blame("the recording", self._file):
+            return self._file.reference(name)
 
     def __iter__(self) -> Iterator[Observation]:
         """Read the observations."""
         for number, entries in enumerate(self._played):
             name = self._name(number)
-            images = [replace(self._file.image(entry), source=name) for entry in entries]
+            images = [replace(self._image(entry), source=name) for entry in entries]
             for image in images:
                 if ImageKind.from_pixels(image.pixels) != self.kind:
                     raise InputError(
@@ -145,6 +147,10 @@ class RecordedSource(ObservationSource):
                         f"the recording is {self.kind}; record again"
                     )
             yield Observation(name, tuple(images))
+
+    def _image(self, entry: ImageEntry) -> Image:
+        with blame("the recording", self._file):
+            return self._file.image(entry)
 
     def _name(self, number: int) -> str:
         return f"{self._file.path.stem}_{number:06d}"

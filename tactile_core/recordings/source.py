@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,14 +16,14 @@ from tactile_core.errors import InputError
 from tactile_core.formats.files import is_file, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, read_image
 from tactile_core.formats.video import NOMINAL_FPS, VIDEO_SUFFIXES, Video
-from tactile_core.plugins.blame import blame
+from tactile_core.interfaces.recording_format import RecordingFile, RecordingFormat
+from tactile_core.interfaces.recording_writer import RecordingWriter
+from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import list_plugins, resolve
 from tactile_core.quantities import Image, Pixels
 from tactile_core.recordings.session_files import LIST, times_of
 
-if TYPE_CHECKING:
-    from tactile_core.interfaces.recording_format import RecordingFile
-    from tactile_core.interfaces.recording_writer import RecordingWriter
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,9 +222,7 @@ def copy_writer(path: Path) -> RecordingWriter:
     """
     name = _format_of(path)
     if name is not None:
-        kind = resolve("recording_format", name)
-        with blame(f"the recording format {name!r}", kind):
-            return kind().write(path)
+        return _made(name, lambda form: form.write(path), RecordingWriter)
     if path.suffix.lower() == _LIVE:
         from tactile_core.recordings.mcap.writer import McapWriter
 
@@ -247,9 +245,7 @@ def recording_file(path: Path) -> RecordingFile:
     status(path)
     name = _format_of(path)
     if name is not None:
-        kind = resolve("recording_format", name)
-        with blame(f"the recording format {name!r}", kind):
-            return kind().read(path)
+        return _made(name, lambda form: form.read(path), RecordingFile)
     if path.suffix.lower() == _LIVE:
         from tactile_core.recordings.mcap.file import McapFile
 
@@ -257,3 +253,13 @@ def recording_file(path: Path) -> RecordingFile:
     from tactile_core.recordings.folder.file import FolderFile
 
     return FolderFile(path)
+
+
+def _made(name: str, make: Callable[[RecordingFormat], T], wanted: type[Any]) -> T:
+    """Return what a plugin's format makes, and check its type."""
+    kind, part = resolve("recording_format", name), f"the recording format {name!r}"
+    with blame(part, kind):
+        made = make(kind())
+    if not isinstance(made, wanted):
+        raise fault(part, kind, f"returned {type(made).__name__}, not a {wanted.__name__}")
+    return made

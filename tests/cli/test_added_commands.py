@@ -131,12 +131,13 @@ def test_a_failure_of_an_added_command_names_its_plugin(
     [
         ("OSError(28, 'No space left on device')", "tactile: No space left on device\n"),
         ("PermissionError(13, 'Permission denied', 'x')", "tactile: Permission denied (x)\n"),
+        ("typer.Abort", "tactile: ended, as you answered\n"),
     ],
 )
-def test_a_full_disk_and_a_file_of_the_user_are_no_fault_of_a_command(
+def test_a_full_disk_a_file_and_an_answer_of_the_user_are_no_fault_of_a_command(
     install: Install, raised: str, said: str
 ) -> None:
-    failing = f'def greet() -> None:\n    """Fail."""\n    raise {raised}\n'
+    failing = f'import typer\ndef greet() -> None:\n    """Fail."""\n    raise {raised}\n'
     install("lab", {"greeting.py": failing}, tactile_commands={"greet": "own_lab.greeting:greet"})
     assert tactile("greet").stderr == said
 

@@ -285,6 +285,55 @@ def test_a_plugin_s_format_is_found_by_its_ending(tmp_path: Path, install: Insta
         recording_file(tmp_path / "b.own")
 
 
+FAULTY = """
+from tactile_core.interfaces.recording_format import RecordingFormat
+from tactile_core.recordings.folder.file import FolderFile, FolderWriter
+
+class File(FolderFile):
+    def image(self, entry):
+        return {}["image"]
+
+class Writer(FolderWriter):
+    def write_image(self, recorded):
+        raise ZeroDivisionError
+
+class Unreadable(RecordingFormat):
+    def write(self, path):
+        return FolderWriter(path)
+    def read(self, path):
+        return File(path)
+
+class Unwritable(Unreadable):
+    def write(self, path):
+        return Writer(path)
+    def read(self, path):
+        return None
+
+class Nothing(Unreadable):
+    def write(self, path):
+        return None
+"""
+
+
+def test_a_fault_of_a_plugin_s_format_names_the_plugin(tmp_path: Path, install: Install) -> None:
+    kinds = {
+        name.lower(): f"own_lab.own:{name}" for name in ("Unreadable", "Unwritable", "Nothing")
+    }
+    install("lab", {"own.py": FAULTY}, tactile_recording_formats=kinds)
+    written(tmp_path / "a.mcap", 2)
+    convert(tmp_path / "a.mcap", tmp_path / "b.unreadable")
+    (tmp_path / "b.unwritable").mkdir()
+    for cause, use in {
+        r"KeyError: 'image'": lambda: convert(tmp_path / "b.unreadable", tmp_path / "c.mcap"),
+        r"KeyError: '.*'": lambda: open_recording(tmp_path / "b.unreadable"),
+        "ZeroDivisionError": lambda: convert(tmp_path / "a.mcap", tmp_path / "c.unwritable"),
+        "NoneType, not a RecordingFile": lambda: recording_file(tmp_path / "b.unwritable"),
+        "NoneType, not a RecordingWriter": lambda: copy_writer(tmp_path / "c.nothing"),
+    }.items():
+        with pytest.raises(PluginFault, match=rf"tactile-lab 1\.0\) .*{cause}"):
+            use()
+
+
 def test_a_format_whose_distribution_is_absent_is_named_with_its_pip_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,9 +61,9 @@ def import_calibration(
         check_serial(serial)
     if gel:
         check_serial(gel, "gel")
+    status(file)
     importer = _find_importer(kind)
     base = profile if isinstance(profile, Profile) else load_profile(profile)
-    status(file)
     with blame(_PART, importer):
         model = importer().read(file, base)
     if not isinstance(model, Calibration):

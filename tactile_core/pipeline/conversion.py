@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import InputError, PluginError
+from tactile_core.formats.files import status
 from tactile_core.formats.folders import fresh_folder, move_in, rename_new
 from tactile_core.interfaces.calibration import Progress
 from tactile_core.interfaces.recording_format import (
@@ -158,10 +159,11 @@ def convert(
     Raises
     ------
     InputError
-        ``out`` exists, nothing writes its kind, or an argument is unusable.
+        There is no ``source``, ``out`` exists, nothing writes its kind, or an argument is unusable.
     OSError
         The disk is full or not writable; nothing is left behind.
     """
+    status(source)
     if os.path.lexists(out):
         raise InputError(f"{out} already exists, and nothing is overwritten; name another output")
     Inputs.from_paths({"the recording": source}).refuse_whole(out)

@@ -230,7 +230,8 @@ def test_a_file_that_does_not_fit_is_refused_before_a_bundle_is_written(
 
 
 def test_a_missing_file_is_named(run: Words, tmp_path: Path) -> None:
-    assert "absent.csv" in refused(*run(file=tmp_path / "absent.csv"))
+    for kind in ("lab.matrix", "elsewhere.matrix"):
+        assert "absent.csv" in refused(*run(file=tmp_path / "absent.csv", kind=kind))
 
 
 def test_a_bundle_never_replaces_the_file_that_it_is_made_of(run: Words, tmp_path: Path) -> None:

@@ -353,7 +353,8 @@ def test_a_missing_recording_is_missing_also_if_its_format_is_absent(
     monkeypatch.setattr(source, "_BROUGHT", {".h5": "elsewhere.h5"})
     with pytest.raises(InputError, match=r"a\.h5: there is no such file"):
         recording_file(tmp_path / "a.h5")
-    assert "there is no such file" in refused("convert", tmp_path / "a.h5", tmp_path / "b.mcap")
+    for out in ("b.mcap", "b.rosbag"):
+        assert "there is no such file" in refused("convert", tmp_path / "a.h5", tmp_path / out)
     assert "there is no such file" in refused("run", "hex_fingertip", "--input", tmp_path / "a.h5")
 
 

@@ -82,8 +82,8 @@ def _report_error(error: BaseException, command: Callable[..., None] | None) -> 
     if opencv:
         print_message(f"tactile: {opencv}")
         return 1
-    if isinstance(error, typer.Abort):  # the user's answer to a question of a plugin's command
-        print_message("tactile: ended, as you answered")
+    if isinstance(error, typer.Abort):  # the user denies a question of a plugin's command
+        print_message("tactile: ended at a question")
         return 1
     if isinstance(error, MemoryError):
         print_message(

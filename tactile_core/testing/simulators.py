@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 
 from tactile_core.interfaces.simulator import Simulator
-from tactile_core.pipeline.playback import make_lights
+from tactile_core.pipeline.playback import make_lights, read_reference
+from tactile_core.recordings.recording import open_recording
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, report, report_errors
 from tactile_core.testing.registered import Part
@@ -35,4 +39,21 @@ class SimulatorChecks(Suite):
             found = f"a frame has the shape {first.pixels.shape}, not {shape}"
         elif first.channels != channels:
             found = f"a frame has the channels {first.channels}, not {channels}"
+        report(part, found, why=why, do=do)
+
+    @check("simulator")
+    def test_written_presses(self, part: Part) -> None:
+        """The presses and the reference that it writes can be read, and the ball has a size."""
+        why = "a virtual sensor could not be calibrated"
+        do = "write the recordings 'presses' and 'reference', and return the diameter in mm"
+        simulator: Simulator = self.registered.class_of(part)()
+        profile = generic_rig().profile
+        with (
+            TemporaryDirectory(prefix="tactile-conformance-") as name,
+            report_errors(part, "its presses cannot be read", why=why, do=do),
+        ):
+            ball_mm = simulator.write_presses(profile, Path(name), count=2)
+            open_recording(Path(name, "presses"))
+            read_reference(profile, Path(name, "reference"))
+        found = "" if ball_mm > 0 else f"its ball has a diameter of {ball_mm} mm"
         report(part, found, why=why, do=do)

@@ -131,7 +131,7 @@ def test_a_failure_of_an_added_command_names_its_plugin(
     [
         ("OSError(28, 'No space left on device')", "tactile: No space left on device\n"),
         ("PermissionError(13, 'Permission denied', 'x')", "tactile: Permission denied (x)\n"),
-        ("typer.Abort", "tactile: ended, as you answered\n"),
+        ("typer.Abort", "tactile: ended at a question\n"),
     ],
 )
 def test_a_full_disk_a_file_and_an_answer_of_the_user_are_no_fault_of_a_command(

@@ -143,6 +143,8 @@ FORMATS: Mapping[str, tuple[str, str]] = {
 SIMULATORS: Mapping[str, tuple[str, str]] = {
     "small": ("rendering", "a frame has the shape (60, 80, 3), not (120, 160, 3)"),
     "noisy": ("rendering", "the same seed and number give other frames"),
+    "unreferenced": ("written_presses", "its presses cannot be read"),
+    "pointed": ("written_presses", "its ball has a diameter of 0.0 mm"),
 }
 COMMANDS: Mapping[str, tuple[str, str]] = {
     "undocumented_command": ("command", "it has no docstring, which is its help"),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_core.formats.images import write_png
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.simulator import Renderer, Simulator
 from tactile_core.quantities import Frame
@@ -46,7 +47,27 @@ class Smooth(Simulator):
         return self.optics()
 
     def write_presses(self, build: SensorBuild, folder: Path, *, count: int) -> float:
+        for name in ("presses", "reference"):
+            (folder / name).mkdir()
+            size = (build.image.height_px, build.image.width_px, 3)
+            write_png(folder / name / "one.png", np.full(size, 128, np.uint8))
         return 4.0
+
+
+class Forgetful(Smooth):
+    """Writes no reference."""
+
+    def write_presses(self, build: SensorBuild, folder: Path, *, count: int) -> float:
+        ball_mm = super().write_presses(build, folder, count=count)
+        (folder / "reference" / "one.png").unlink()
+        return ball_mm
+
+
+class Point(Smooth):
+    """Presses no ball."""
+
+    def write_presses(self, build: SensorBuild, folder: Path, *, count: int) -> float:
+        return 0 * super().write_presses(build, folder, count=count)
 
 
 class Half(Grey):

@@ -3,7 +3,8 @@
 Virtual: units like a GelSight Mini whose light falls off steeply, each calibrated by ball presses
 with the defaults, and presses whose contact the image border cuts. Real: recorded ball presses,
 half of them measured with a calibration on the other half. Far from the contact means beyond three
-contact radii, where the height is 0 apart from the bulge of the gel.
+contact radii. There the error of a virtual height is known, and a recorded one is 0 apart from the
+bulge of the gel, which counts as an error.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ REAL = ("gelsight_mini", "objectfolder", "wedge")
 
 @dataclass(frozen=True)
 class Far:
-    """Heights of one press, relative to its depth.
+    """Errors of the height of one press, relative to its depth.
 
     Attributes
     ----------
     rms, p95, largest : float
-        Size of the height beyond three contact radii.
+        Size of the error beyond three contact radii.
     inside : float
         RMS error within the contact; NaN without a truth.
     """
@@ -53,10 +54,14 @@ class Far:
 
 
 def far_of(
-    label: str, height_mm: NDArray[Any], far: NDArray[np.bool_], inside: float = float("nan")
+    label: str,
+    height_mm: NDArray[Any],
+    far: NDArray[np.bool_],
+    true_mm: NDArray[Any] | float = 0.0,
+    inside: float = float("nan"),
 ) -> Far:
     """Score the pixels ``far`` from a contact."""
-    sizes = np.abs(height_mm[far]) / height_mm.max()
+    sizes = np.abs(height_mm - true_mm)[far] / height_mm.max()
     return Far(
         label,
         float(np.sqrt(np.mean(sizes**2))),
@@ -114,7 +119,8 @@ def on_virtual(seed: int) -> Iterator[Far]:
         apart = cv2.distanceTransform((~contact).view(np.uint8), cv2.DIST_L2, 5)
         error = (height.mm - truth.height_mm)[contact] / truth.height_mm.max()
         inside = float(np.sqrt(np.mean(error**2)))
-        yield far_of(pressed.label, height.mm, apart > (FAR_RADII - 1) * radius_px, inside)
+        far = apart > (FAR_RADII - 1) * radius_px
+        yield far_of(pressed.label, height.mm, far, truth.height_mm, inside)
 
 
 def on_recordings(data: Path, chosen: Presses) -> Iterator[Far]:
@@ -165,7 +171,7 @@ def row_of(name: str, figure: str, recordings: str, found: list[Far]) -> Row:
     )
 
 
-FIGURE = "height beyond three contact radii over the depth of the contact"
+FIGURE = "error of the height beyond three contact radii over the depth of the contact"
 
 
 def virtual_rows(data: Path, units: int = 20) -> list[Row]:

@@ -78,16 +78,22 @@ class VirtualUnit:
         Of the unit's grain and noise, and of the places of the calibration presses.
     overrides : mapping
         Profile keys of the unit.
+    believed : float
+        Thickness of the gel that the profile says, over the true one.
     """
 
-    def __init__(self, rig: str, seed: int, overrides: Mapping[str, Any]) -> None:
+    def __init__(
+        self, rig: str, seed: int, overrides: Mapping[str, Any], *, believed: float = 1.0
+    ) -> None:
         self.stage = VirtualStage(rig, seed, overrides=dict(overrides))
         profile = self.stage.profile
         image = profile.image
         self.view_mm = np.array([image.width_px, image.height_px]) * image.mm_per_px
         thickness_mm = profile.gel.thickness_mm or self.view_mm[0]
         self.ball_mm = round(float(min(BALL_SHARE * self.view_mm[0], 2 * thickness_mm)), 2)
-        loaded = load_profile(rig, sim=True, overrides=dict(overrides))
+        says = {**overrides, "gel": {**overrides.get("gel", {})}}
+        says["gel"]["thickness_mm"] = believed * thickness_mm
+        loaded = load_profile(rig, sim=True, overrides=says)
         rng = np.random.default_rng([7, seed])
         with TemporaryDirectory(prefix="virtual-unit-") as name:
             folder = Path(name)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
+from support.elastic_surface import ball, indent
 
-from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -20,7 +20,7 @@ SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(
     ImageSection(width_px=SHAPE[1], height_px=SHAPE[0], mm_per_px=MM_PER_PX), Gel()
 )
-PRESS = BallPress((70.3, 55.8), 4.0, 0.5)
+PRESS = indent(ball(7.03, 5.58, 0.6, 2.0), shape=SHAPE, mm_per_px=MM_PER_PX)
 
 
 def step(**options: Any) -> Poisson:
@@ -43,20 +43,20 @@ def slopes(height_mm: NDArray[np.float64], drift: tuple[float, float] = (0, 0)) 
 
 @pytest.mark.parametrize("boundary", ["neumann", "dirichlet"])
 def test_the_height_of_a_press_is_measured_from_the_undeformed_gel(boundary: str) -> None:
-    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    truth = PRESS
     height = step(boundary=boundary).estimate(slopes(truth)).mm
     assert height.dtype == np.float32
     assert np.sqrt(np.mean((height - truth) ** 2)) < 0.02 * truth.max()
 
 
 def test_drift_of_the_light_does_not_tilt_the_map() -> None:
-    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    truth = PRESS
     height = step().estimate(slopes(truth, drift=(0.02, -0.01))).mm
     assert np.sqrt(np.mean((height - truth) ** 2)) < 0.02 * truth.max()
 
 
 def test_drift_can_be_left_in() -> None:
-    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    truth = PRESS
     height = step(drift_slope=0, levelled=False).estimate(slopes(truth, drift=(0.02, 0))).mm
     assert height[:, -1].mean() - height[:, 0].mean() == pytest.approx(0.02 * 15.9, rel=0.1)
 
@@ -84,16 +84,16 @@ def test_slopes_of_the_reference_are_errors() -> None:
     undeformed = slopes(wave)
     own = ReferenceGradients(undeformed.x, undeformed.y)
     assert not step().estimate(undeformed, own).mm.any()
-    pressed = slopes(PRESS.height_mm(SHAPE, MM_PER_PX) + wave)
+    pressed = slopes(PRESS + wave)
     plain, relative = step().estimate(pressed).mm, step().estimate(pressed, own).mm
-    truth = PRESS.height_mm(SHAPE, MM_PER_PX)
+    truth = PRESS
     assert np.abs(relative - truth).max() < 0.03 * truth.max()
     assert np.abs(relative - truth).mean() < 0.5 * np.abs(plain - truth).mean()
 
 
 def test_smooth_errors_are_left_in_on_request() -> None:
     wave = 0.05 * np.cos(np.linspace(0, 5, SHAPE[1])) * np.ones(SHAPE)
-    pressed = slopes(PRESS.height_mm(SHAPE, MM_PER_PX) + wave)
+    pressed = slopes(PRESS + wave)
     far = np.hypot(*(np.indices(SHAPE)[::-1] - np.array([[[70.3]], [[55.8]]]))) > 50
     left = [step(levelled=levelled).estimate(pressed).mm[far].std() for levelled in (True, False)]
     assert left[0] < 0.7 * left[1]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from support.elastic_surface import ball, indent
 
-from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.poisson import Poisson, RobustPoisson
 from tactile_core.interfaces.estimator import SensorContext
 from tactile_core.interfaces.gel import Gel
@@ -17,7 +17,7 @@ SHAPE, MM_PER_PX = (120, 160), 0.1
 CONTEXT = SensorContext(
     ImageSection(width_px=SHAPE[1], height_px=SHAPE[0], mm_per_px=MM_PER_PX), Gel()
 )
-TRUTH = BallPress((70.3, 55.8), 4.0, 0.5).height_mm(SHAPE, MM_PER_PX)
+TRUTH = indent(ball(7.03, 5.58, 0.6, 2.0), shape=SHAPE, mm_per_px=MM_PER_PX)
 
 
 def slopes(height_mm: NDArray[np.float64], drift: float = 0.0, spoilt: float = 0.0) -> Gradients:

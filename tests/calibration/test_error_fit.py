@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.elastic_surface import ball, indent
 
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.score import HeldOutSurface, fitted_errors
@@ -14,17 +15,20 @@ from tactile_core.quantities import Frame
 
 SHAPE, SCALE_MM = (60, 80), 0.1
 Y, X = np.indices(SHAPE).astype(np.float32)
-TENT = np.clip(1 - np.hypot(X - 40, Y - 30) / 15, 0, None).astype(np.float32)
+APART_PX = np.hypot(X - 40, Y - 30)
+# the gel is thin, so that it bulges near the ball alone
+THICKNESS_MM = 0.5
+PRESS = indent(ball(4.0, 3.0, 0.2, 3.0), shape=SHAPE, mm_per_px=SCALE_MM, thickness_mm=THICKNESS_MM)
 
 
 def surface(
-    gain: float, seed: int, noise: float = 0.0, thickness_mm: float = 2.0
+    gain: float, seed: int, noise: float = 0.0, thickness_mm: float = THICKNESS_MM
 ) -> HeldOutSurface:
-    """A cone whose slopes are measured too steep by a factor, with noise."""
-    gy, gx = (np.asarray(g / SCALE_MM, np.float32) for g in np.gradient(TENT))
+    """A press of a ball whose slopes are measured too steep by a factor, with noise."""
+    gy, gx = (np.asarray(g / SCALE_MM, np.float32) for g in np.gradient(PRESS))
     rng = np.random.default_rng(seed)
-    rows, columns = np.nonzero((np.hypot(X - 40, Y - 30) < 12) | (np.hypot(X - 40, Y - 30) > 25))
-    true = np.stack([gx, gy], -1)[rows, columns]
+    rows, columns = np.nonzero((APART_PX < 8) | (APART_PX > 25))
+    true = (np.stack([gx, gy], -1) * (APART_PX < 8)[..., None])[rows, columns]
     sx, sy = ((gain * g + rng.normal(0, noise, SHAPE)).astype(np.float32) for g in (gx, gy))
     frame = Frame(np.zeros((*SHAPE, 3), np.uint8), ("r", "g", "b"), SCALE_MM, 255.0)
     press = Press(frame, rows.astype(np.int32), columns.astype(np.int32), true)

@@ -11,7 +11,8 @@ from support.command_line import refused, tactile
 DATA = Path(__file__).parents[1] / "data"
 FOLDER, MCAP = DATA / "recording", DATA / "recording.mcap"
 BUNDLE = FOLDER / "session" / "bundle"
-# What the version that wrote them measured, mm
+# What the version that wrote them measured, mm; since then the bulge around a contact no longer
+# counts as an error, which had raised heights by 3.5 %
 DEPTHS_MM = [2.2493, 2.2154]
 
 
@@ -32,7 +33,7 @@ def measured(*words: object) -> list[dict[str, object]]:
 
 def test_a_folder_measures_what_it_measured_on_its_day(profile: Path) -> None:
     readings = measured(profile, "--input", FOLDER)
-    assert [reading["max_height_mm"] for reading in readings] == pytest.approx(DEPTHS_MM, rel=0.01)
+    assert [reading["max_height_mm"] for reading in readings] == pytest.approx(DEPTHS_MM, rel=0.05)
 
 
 def test_frames_of_a_camera_that_has_another_name_now_are_read(profile: Path) -> None:

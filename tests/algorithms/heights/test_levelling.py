@@ -1,12 +1,18 @@
-"""Heights relative to the undeformed surface: analytic surfaces of known error."""
+"""Heights relative to the undeformed surface: surfaces of known error."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.elastic_surface import Object, ball, indent, plate
 
-from tactile_core.algorithms.heights.levelling import find_undeformed, set_to_rest, solve_screened
+from tactile_core.algorithms.heights.levelling import (
+    explain_by_loads,
+    find_undeformed,
+    set_to_rest,
+    solve_screened,
+)
 from tactile_core.algorithms.poisson import integrate
 
 SHAPE, MM_PER_PX = (240, 320), 0.06
@@ -45,26 +51,34 @@ def levelled(shape_mm: Map, **options: float) -> Map:
     return np.asarray(height, float)
 
 
+def pressed(*objects: Object) -> Map:
+    """Surface of the gel under rigid objects."""
+    return indent(*objects, shape=SHAPE, mm_per_px=MM_PER_PX)
+
+
 WIDE = {"interior": (9.0, 7.0), "side": (0.4, 7.0), "top": (10.0, 0.0), "corner": (18.8, 14.1)}
 
 
 @pytest.mark.parametrize("place", WIDE.values(), ids=WIDE)
-def test_a_paraboloid_keeps_its_height_where_the_border_cuts_it(place: tuple[float, float]) -> None:
-    truth = paraboloid(*place)
-    height = levelled(truth)
-    assert np.abs(height - truth).max() < 0.02 * 0.5
+def test_gel_around_a_ball_keeps_its_shape_where_the_border_cuts_it(
+    place: tuple[float, float],
+) -> None:
+    truth = pressed(ball(*place, 0.4, 2.5))
+    assert truth.min() < -0.015  # it bulges
+    assert np.abs(levelled(truth) - truth).max() < 0.02 * 0.4
 
 
 @pytest.mark.parametrize("place", WIDE.values(), ids=WIDE)
 def test_smooth_errors_vanish_far_from_a_contact_at_the_border_too(
     place: tuple[float, float],
 ) -> None:
-    truth, error = paraboloid(*place), swell(0.05)
+    truth, error = pressed(ball(*place, 0.4, 2.5)), swell(0.05)
     x, y = places()
-    far = np.hypot(x - place[0], y - place[1]) > 3 * 1.5
-    height = levelled(truth + error)
-    assert np.sqrt(np.mean(height[far] ** 2)) < 0.55 * error[far].std()
-    assert np.abs((height - truth)[truth > 0]).mean() < np.abs(error).max()
+    apart = np.hypot(x - place[0], y - place[1])
+    far = apart > 3 * 1.5
+    wrong = levelled(truth + error) - truth
+    assert np.sqrt(np.mean(wrong[far] ** 2)) < 0.55 * error[far].std()
+    assert np.abs(wrong[apart < 1.5]).mean() < np.abs(error).max()
 
 
 @pytest.mark.parametrize("size_mm", [0.02, 0.08])
@@ -84,28 +98,30 @@ def test_a_flat_object_stays_raised_where_shear_has_flattened_its_wall() -> None
     truth = np.where(x < right_mm, depth_mm * outline[0], ramp * outline[1])
     height = levelled(truth)
     top = (truth == depth_mm) & (x < right_mm - 1)
-    assert height[top].mean() == pytest.approx(depth_mm, rel=0.1)
+    # the gel of this drawing does not bulge, which counts as an error
+    assert height[top].mean() == pytest.approx(depth_mm, rel=0.2)
 
 
 @pytest.mark.parametrize("depth_mm", [0.06, 0.3])
 def test_the_flat_top_of_a_shallow_object_stays_raised_next_to_a_deep_one(depth_mm: float) -> None:
-    low = plateau(5.0, 7.0, depth_mm, 2.0, 0.3)
-    height = levelled(low + paraboloid(14.0, 7.0, 0.8))
-    top = low == depth_mm
-    assert height[top].mean() == pytest.approx(depth_mm, abs=0.1 * depth_mm)
+    truth = pressed(plate(5.0, 7.0, depth_mm, 2.0), ball(14.0, 7.0, 0.8, 2.0))
+    top = plate(5.0, 7.0, 1.0, 1.8)(*places()) > 0
+    assert levelled(truth)[top].mean() == pytest.approx(depth_mm, rel=0.1)
 
 
-def test_a_shallow_disc_stays_raised_next_to_a_higher_smooth_error() -> None:
+def test_a_shallow_plate_stays_raised_next_to_a_higher_smooth_error() -> None:
     x, y = places()
-    disc = plateau(4.5, 7.2, 0.06, 3.5, 0.3)
+    truth = pressed(plate(4.5, 7.2, 0.06, 3.5))
     hill = 0.25 * np.exp(-((x - 17) ** 2 + (y - 7) ** 2) / (2 * 4.0**2))
-    assert levelled(disc + hill)[disc == 0.06].mean() == pytest.approx(0.06, rel=0.2)
+    top = plate(4.5, 7.2, 1.0, 3.2)(x, y) > 0
+    assert levelled(truth + hill)[top].mean() == pytest.approx(0.06, rel=0.25)
 
 
 def test_a_flat_top_that_fills_half_of_the_image_stays_raised() -> None:
-    truth = plateau(3.0, 7.0, 0.4, 6.0, 0.3)
-    height = levelled(truth)
-    assert height[truth == 0.4].mean() == pytest.approx(0.4, rel=0.03)
+    truth = pressed(plate(3.0, 7.0, 0.4, 6.0))
+    top = plate(3.0, 7.0, 1.0, 5.7)(*places()) > 0
+    # none of the gel in view is undeformed
+    assert levelled(truth)[top].mean() == pytest.approx(0.4, rel=0.3)
 
 
 def test_low_calm_cells_are_undeformed() -> None:
@@ -116,18 +132,25 @@ def test_low_calm_cells_are_undeformed() -> None:
     assert not found[height > 0.1].any()
 
 
-def test_the_bulge_next_to_a_contact_keeps_most_of_its_depth() -> None:
-    x, y = places()
-    apart = np.hypot(x - 9.0, y - 7.0)
-    bulge = -0.04 * np.exp(-np.square((apart - 2.6) / 0.8))
-    truth = paraboloid(9.0, 7.0, 0.5, 1.6) + bulge
-    height = levelled(truth)
-    ring = np.abs(apart - 2.6) < 0.1
-    assert height[ring].mean() < 0.6 * bulge[ring].mean()
-    assert height.max() == pytest.approx(truth.max(), rel=0.02)
+@pytest.mark.parametrize("thickness_mm", [1.0, 2.0, 4.0])
+def test_loads_on_the_contact_explain_the_whole_surface(thickness_mm: float) -> None:
+    truth = indent(
+        ball(9.0, 7.0, 0.3, 2.5), shape=SHAPE, mm_per_px=MM_PER_PX, thickness_mm=thickness_mm
+    )[::4, ::4]
+    x, y = (axis[::4, ::4] for axis in places())
+    near = np.hypot(x - 9.0, y - 7.0) < 1.5
+    cell = 4 * MM_PER_PX / thickness_mm
+    explained = explain_by_loads(truth, near, (cell, cell))
+    assert explained[near] == pytest.approx(truth[near], abs=0.02 * 0.3)
+    assert explained == pytest.approx(truth, abs=0.02 * 0.3)
 
 
-PRESS = paraboloid(9.0, 7.0)
+def test_loads_elsewhere_explain_nothing_of_a_contact() -> None:
+    height = paraboloid(9.0, 7.0)[::8, ::8]
+    assert not explain_by_loads(height, np.zeros(height.shape, bool), (0.24, 0.24)).any()
+
+
+PRESS = pressed(ball(9.0, 7.0, 0.4, 2.5))
 X, Y = places()
 
 
@@ -140,7 +163,7 @@ def test_level_and_drift_vanish_and_the_contact_keeps_its_height(correct: bool) 
 def test_a_tilt_too_steep_for_drift_stays() -> None:
     found = levelled(PRESS + 0.02 * X, drift_slope=0.0, levelled=False)
     tilt = np.diff(found - PRESS, axis=1)[Y[:, 1:] > 10]
-    np.testing.assert_allclose(tilt, 0.02 * MM_PER_PX, atol=1e-5)
+    np.testing.assert_allclose(tilt, 0.02 * MM_PER_PX, atol=5e-5)
 
 
 def test_a_smooth_error_stays_unless_it_is_levelled() -> None:

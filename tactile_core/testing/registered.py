@@ -20,6 +20,7 @@ from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.playback import make_lights
+from tactile_core.plugins.entry_points import installed_offers
 from tactile_core.plugins.plugin import ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
 from tactile_core.profiles.loader import load_profile
@@ -110,7 +111,7 @@ class Registered:
             return []
 
     def profiles(self) -> list[ProfileFile]:
-        """Return the plugin's profiles, and the shipped ones that use it."""
+        """Return the plugin's profiles, and the shipped ones that use it and only what is installed."""
         import sensor_profiles
 
         own: Path | None = None
@@ -258,9 +259,12 @@ class Registered:
         return None
 
     def _is_for(self, path: Path) -> bool:
-        """Return whether a shipped profile uses this plugin; for the core, only the core."""
+        """Return whether a shipped profile uses this plugin, and none that is not installed."""
         plugins = _plugins_named_by(path)
-        return plugins == {"core"} if self.name == "core" else self.name in plugins
+        if self.name == "core":
+            return plugins == {"core"}
+        installed = {"core", *(offer.name for offer in installed_offers())}
+        return self.name in plugins and plugins <= installed
 
 
 @cache

@@ -27,6 +27,7 @@ import peers
 from numpy.typing import NDArray
 from peers import PerPixelNetwork, Table, poisson_by_cosines, poisson_by_sines, stereo
 
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.evaluation.own_resources import one_thread
@@ -34,7 +35,6 @@ from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Gradients

@@ -28,11 +28,11 @@ from support.lit_gel import EmulatedShutter, LitBox, LitGel
 from support.mjpeg_server import Exchange, MjpegServer
 
 from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.acquisition.devices import make_devices
 from tactile_core.calibration.virtual_unit import VirtualUnit, virtual_unit
 from tactile_core.errors import CameraTimeout
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.playback import make_devices
 from tactile_core.profiles.loader import load_profile
 from tactile_genicam.camera import GenicamCamera, GenicamOptions
 

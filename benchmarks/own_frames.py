@@ -22,11 +22,11 @@ from experiments.press_sets import HERE, SETS
 from tactile_core import Pipeline, ShownGel, load_profile
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.formats.images import read_image
 from tactile_core.formats.video import open_video
 from tactile_core.interfaces.sink import Reading
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.quantities import Image
 
 MINI, MARKED_MINI = HERE / "gelsight_mini.yaml", HERE / "mini_marked_virtual.yaml"

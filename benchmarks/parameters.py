@@ -39,9 +39,9 @@ from experiments.sheared_markers import Shear, detected, strokes, visible
 from tactile_core import ContactMask, HeightMap, Pipeline, SlipState, load_profile
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.algorithms.markers.tracker import MarkerTracker
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.quantities import DisplacementField, Frame, MarkerField, Wrench
 from tactile_core.recordings.recording import open_recording
 

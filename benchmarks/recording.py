@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from support.mjpeg_server import MjpegProcess
 
+from tactile_core.acquisition.devices import Devices, make_lights
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.recording_format import ImageEntry
 from tactile_core.interfaces.streaming.streaming_camera import ImageSource, StreamingCamera
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.playback import Devices, make_lights
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image

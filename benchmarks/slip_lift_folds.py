@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from experiments.slip_trials import LIFT_FRAME, area, area_within
 from tactile_core import MarkerField, open_sensor
 from tactile_core.algorithms.slip.imprint_tracker import ImprintTracker
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 
 ROOT = Path(__file__).resolve().parents[1]
 PROFILE = "hex_fingertip"

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.devices import CAMERA, DRIVER
 from tactile_core.acquisition.free_running import HOST, Clock, FreeRunning
 from tactile_core.errors import CameraLost, DeviceError, InputError
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.registry import origin_of
 from tactile_core.quantities import Frame, Image, Reference
 from tactile_core.quantities.array_form import image_fault, size_change
 
-CAMERA, DRIVER = "the camera", "the light driver"  # Names used in messages
+if TYPE_CHECKING:
+    from tactile_core.interfaces.light_driver import LightDriver
 
 
 class Settings(NamedTuple):

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tactile_core.acquisition.devices import exposures_of
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.errors import InputError
-from tactile_core.interfaces.illumination import Exposure, Illumination, Light
+from tactile_core.interfaces.illumination import Illumination
 from tactile_core.interfaces.image import ImageSection
-from tactile_core.plugins.blame import blame, fault
 from tactile_core.quantities import Frame, Image, Pixels
-
-LIGHTS = "the lights"  # Name used in messages
 
 
 class Assembly:
@@ -101,34 +99,3 @@ def _less(lit: Pixels, dark: Pixels, full_scale: float) -> Pixels:
     their true intensity is unknown, and a smaller value would look like a valid measurement.
     """
     return np.where(lit >= LEVELS.saturation_share * full_scale, lit, lit - np.minimum(lit, dark))
-
-
-def exposures_of(lights: Illumination) -> tuple[Exposure, ...]:
-    """Return the exposures of one observation.
-
-    Raises
-    ------
-    PluginFault
-        The result has the wrong type, or the exposures do not measure every channel once.
-    """
-    with blame(LIGHTS, lights):
-        exposures, channels = tuple(lights.exposures()), tuple(lights.channels)
-        measured = sum(len(exposure.channels) for exposure in exposures)
-    if not measured == len(channels) > 0:
-        raise fault(LIGHTS, lights, f"have {len(channels)} channels and exposures for {measured}")
-    return exposures
-
-
-def lights_of(illumination: Illumination) -> tuple[Light, ...]:
-    """Return the lights and their positions; empty if they are unknown.
-
-    Raises
-    ------
-    PluginFault
-        The result has the wrong type.
-    """
-    with blame(LIGHTS, illumination):
-        lights = tuple(illumination.lights)
-    if not all(isinstance(light, Light) for light in lights):
-        raise fault(LIGHTS, illumination, f"include {lights!r}, which is not a tuple of Light")
-    return lights

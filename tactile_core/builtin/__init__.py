@@ -59,7 +59,7 @@ def tactile_artefacts() -> Mapping[str, str]:
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",
         "polynomial": "tactile_core.builtin.lookup_table:Polynomial",
-        "slope_errors": "tactile_core.interfaces.slope_errors:SlopeErrors",
+        "slope_errors": "tactile_core.interfaces.calibration:SlopeErrors",
     }
 
 

@@ -15,7 +15,7 @@ from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS
 from tactile_core.algorithms.light.light_change import change_in_detail
 from tactile_core.algorithms.markers.neighbourhood import GROWTH, shows_contact
 from tactile_core.algorithms.markers.tracker import MarkerTracker
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.estimator import Estimator, SensorContext

@@ -14,7 +14,7 @@ from tactile_core.algorithms.slip.imprint import VIEW
 from tactile_core.algorithms.slip.imprint_tracker import ImprintChange, ImprintTracker
 from tactile_core.algorithms.slip.marker_lattice import MarkerLattice
 from tactile_core.algorithms.slip.state import FrictionRecord, friction_ratio, slip_margin
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactLoss,

@@ -67,8 +67,7 @@ class Pictures(Sink):
 
     def write(self, reading: Reading) -> None:
         """Write the picture, if any quantity has one, and the normals, if there are slopes."""
-        from tactile_core.formats.images import write_png
-        from tactile_core.formats.npz import write_normals
+        from tactile_core.formats.images import write_normals, write_png
         from tactile_core.views.pictures import picture_of
 
         layers: list[Layer] = []

@@ -22,7 +22,7 @@ from tactile_core.algorithms.slip.touched import (
     small_image,
     steepness_of,
 )
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.quantities import (
     ContactMask,

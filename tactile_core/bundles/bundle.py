@@ -10,7 +10,6 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from tactile_core.bundles.claims import reference_arrays, reference_of
 from tactile_core.bundles.manifest import (
     ERRORS,
     LIGHT,
@@ -22,11 +21,10 @@ from tactile_core.bundles.manifest import (
 )
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError, words_of
 from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
-from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.formats.npz import read_npz, reference_arrays, reference_of, write_npz
 from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.artefact import Artefact
-from tactile_core.interfaces.calibration import Calibration
-from tactile_core.interfaces.slope_errors import SlopeErrors
+from tactile_core.interfaces.calibration import Calibration, SlopeErrors
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.plugins.registry import registered_name, resolve

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.bundles.bundle import Bundle, check_serial, manifest_for
 from tactile_core.bundles.manifest import LIGHT, Imported
 from tactile_core.calibration.fitted_bundle import conditioning_for
@@ -13,7 +14,7 @@ from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.importer import Importer
 from tactile_core.pipeline.made_up_frames import made_up_reference
-from tactile_core.pipeline.playback import make_lights, read_reference
+from tactile_core.pipeline.playback import read_reference
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.plugins.options import measured_by
 from tactile_core.plugins.registry import list_plugins, resolve

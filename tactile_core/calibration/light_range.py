@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import lights_of
+from tactile_core.acquisition.devices import lights_of, make_lights
 from tactile_core.algorithms.arrays.types import Array
 from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
 from tactile_core.algorithms.light.drift import LEVELS
@@ -16,7 +16,6 @@ from tactile_core.calibration.presses import PRESS, FoundPress
 from tactile_core.calibration.target_surface import TargetSurface
 from tactile_core.conditioning.gel_check import GelCheck, ramp_size
 from tactile_core.interfaces.calibration import Press
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 

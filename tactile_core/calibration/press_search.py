@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.finder import find_circles, fit_light, locate
 from tactile_core.algorithms.circles.light import LightModel
@@ -21,7 +22,6 @@ from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.formats.catalog import CATALOG_FILE, find_catalog
 from tactile_core.interfaces.calibration import Progress
-from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording import open_recording

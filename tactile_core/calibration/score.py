@@ -14,8 +14,7 @@ from tactile_core.algorithms.heights.levelling import set_to_rest
 from tactile_core.algorithms.poisson.integration import height_std
 from tactile_core.algorithms.slopes.slope_field import error_table, slope_std
 from tactile_core.calibration.target_surface import MeasuredSphere
-from tactile_core.interfaces.calibration import Press
-from tactile_core.interfaces.slope_errors import SlopeErrors
+from tactile_core.interfaces.calibration import Press, SlopeErrors
 from tactile_core.quantities import Bool, Float32
 
 

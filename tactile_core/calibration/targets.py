@@ -10,6 +10,7 @@ from typing import Any, Generic
 import numpy as np
 
 from tactile_core.acquisition.acquisition import average
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.light.photometric import smooth_background
 from tactile_core.calibration.crew import ALONE, Crew
@@ -29,7 +30,7 @@ from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press, Progress
-from tactile_core.pipeline.playback import images_per_observation, read_frames
+from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.recording import open_recording

@@ -221,7 +221,7 @@ def are_several(profile: str, inputs: Sequence[Path]) -> bool:
         return True
     if not inputs[0].is_dir():
         return False
-    from tactile_core.pipeline.playback import images_per_observation
+    from tactile_core.acquisition.devices import images_per_observation
     from tactile_core.profiles.loader import load_profile
     from tactile_core.recordings.recovery import is_folder_of_recordings
 

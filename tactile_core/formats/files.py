@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are read within limits, and written whole or not at all."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ from pathlib import Path
 from typing import Literal
 
 from tactile_core.errors import InputError
+
+# Largest image, pixels. Cameras of such sensors have at most 20 megapixels, and measuring takes
+# about fifty bytes per pixel.
+MAX_PIXELS = 50_000_000
 
 # `new`: not yet moved to its final path. `old`: may contain what was replaced.
 State = Literal["new", "old"]

@@ -12,10 +12,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 
-# Largest image, pixels. Cameras of such sensors have at most 20 megapixels, and measuring takes
-# about fifty bytes per pixel.
-MAX_PIXELS = 50_000_000
-
 _PNG = b"\x89PNG\r\n\x1a\n"  # First bytes of a PNG
 
 # Channels by the colour type of a PNG; alpha does not count, a palette counts as RGB.

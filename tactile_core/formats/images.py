@@ -14,14 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, read_start, write_atomically
-from tactile_core.formats.headers import (
-    MAX_PIXELS,
-    Header,
-    header,
-    is_torn,
-    without_orientation,
-)
+from tactile_core.formats.files import MAX_PIXELS, read_bytes, read_start, write_atomically
+from tactile_core.formats.headers import Header, header, is_torn, without_orientation
 
 # Extensions of the image files of a folder.
 IMAGE_SUFFIXES = frozenset(
@@ -224,3 +218,23 @@ def _silence_decoders() -> Iterator[None]:
         finally:
             os.dup2(stderr, 2)
             os.close(stderr)
+
+
+def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
+    """Write unit normals.
+
+    Parameters
+    ----------
+    path : Path
+        An existing file is replaced.
+    normals : (H, W, 3) float32
+        As in :attr:`tactile_core.quantities.Gradients.normals`; red, green and blue are x, y
+        and z.
+
+    Raises
+    ------
+    OSError
+        The disk is full or not writable; no partial file remains.
+    """
+    codes = np.rint((np.clip(normals, -1, 1) + 1) * (65535 / 2)).astype(np.uint16)  # 16 bits
+    write_png(path, codes)

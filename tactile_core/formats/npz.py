@@ -1,4 +1,4 @@
-"""Arrays in NPZ files: quantities, and maps of normals."""
+"""Arrays in NPZ files: quantities, and references."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.images import write_png
 from tactile_core.formats.text import printable
-from tactile_core.quantities import Quantity
+from tactile_core.quantities import Quantity, Reference
 from tactile_core.quantities.fields import fields_of
 from tactile_core.quantities.quantity import Guard, pass_errors
 
@@ -120,26 +119,6 @@ def _first_line(error: Exception) -> str:
     return printable(str(error).splitlines()[0] if str(error) else type(error).__name__)
 
 
-def write_normals(path: Path, normals: NDArray[np.float32]) -> None:
-    """Write unit normals.
-
-    Parameters
-    ----------
-    path : Path
-        An existing file is replaced.
-    normals : (H, W, 3) float32
-        As in :attr:`tactile_core.quantities.Gradients.normals`; red, green and blue are x, y
-        and z.
-
-    Raises
-    ------
-    OSError
-        The disk is full or not writable; no partial file remains.
-    """
-    codes = np.rint((np.clip(normals, -1, 1) + 1) * (65535 / 2)).astype(np.uint16)  # 16 bits
-    write_png(path, codes)
-
-
 DESCRIPTION = "quantities"  # Name of the array that describes the others: JSON as UTF-8 bytes
 
 Arrays = Mapping[str, NDArray[Any]]  # Arrays by name
@@ -232,6 +211,58 @@ def read_quantities(path: Path, *kinds: type[Quantity]) -> dict[type[Quantity], 
         return quantities_in(arrays, *kinds)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def reference_arrays(reference: Reference) -> dict[str, Any]:
+    """Return the arrays of a reference; its detected markers are left out."""
+    arrays: dict[str, Any] = {
+        "pixels": reference.pixels,
+        "channels": np.array(reference.channels),
+        "full_scale": reference.full_scale,
+        "noise": reference.noise,
+        "frames": reference.frames,
+    }
+    if reference.marker_mask is not None:
+        arrays["marker_mask"] = reference.marker_mask
+    if reference.relative:
+        arrays["relative"] = True
+    return arrays
+
+
+def reference_of(arrays: Mapping[str, NDArray[Any]]) -> Reference:
+    """Return the reference of some arrays.
+
+    Raises
+    ------
+    ValueError, LookupError, TypeError, OverflowError
+        An array is missing or has the wrong form.
+    """
+    reference = Reference(
+        pixels=arrays["pixels"],
+        channels=tuple(str(name) for name in arrays["channels"]),
+        full_scale=float(arrays["full_scale"]),
+        noise=float(arrays["noise"]),
+        frames=int(arrays["frames"]),
+        marker_mask=arrays.get("marker_mask"),
+        relative=bool(arrays.get("relative", False)),
+    )
+    pixels, marker_mask = reference.pixels, reference.marker_mask
+    if not (
+        pixels.ndim == 3
+        and pixels.shape[2] == len(reference.channels)
+        and pixels.dtype == np.float32
+        and np.isfinite(pixels).all()
+        and (
+            marker_mask is None
+            or (marker_mask.shape == pixels.shape[:2] and marker_mask.dtype == bool)
+        )
+        and np.isfinite([reference.full_scale, reference.noise]).all()
+        and reference.full_scale > 0
+        and reference.noise >= 0
+        and reference.frames >= 1
+    ):
+        raise ValueError("these are not the arrays of a reference")
+    return reference
 
 
 def _place(merged: Arrays, name: str, array: NDArray[Any], quantity: Quantity) -> str:

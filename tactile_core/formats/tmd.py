@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import read_bytes, write_atomically
-from tactile_core.formats.headers import MAX_PIXELS
+from tactile_core.formats.files import MAX_PIXELS, read_bytes, write_atomically
 
 _HEADER = b"Binary TrueMap Data File v2.0\r\n\0"  # First bytes of a file
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.errors import InputError
-from tactile_core.formats.files import regular
-from tactile_core.formats.headers import MAX_PIXELS, is_torn
+from tactile_core.formats.files import MAX_PIXELS, regular
+from tactile_core.formats.headers import is_torn
 from tactile_core.formats.images import ImageKind
 
 # Extensions of the video files, all of which FFmpeg reads.

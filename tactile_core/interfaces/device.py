@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import TracebackType
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
@@ -73,7 +74,7 @@ class Options(BaseModel):
 
 
 class Closing:
-    """Closes itself at the end of a ``with`` block."""
+    """Closes itself at the end of a ``with`` block; an error in there stays the reason."""
 
     def close(self) -> None:
         """Release what it holds."""
@@ -81,8 +82,18 @@ class Closing:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self.close()
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            self.close()
+        except Exception as second:
+            if error is None:
+                raise
+            error.add_note(f"closing failed as well: {second}")
 
 
 class Device(Closing, ABC):

@@ -11,7 +11,6 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import BaseModel
 
 from tactile_core.algorithms.arrays.types import Float64
-from tactile_core.algorithms.heights.sphere import rest_height
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import Gel
@@ -48,6 +47,9 @@ class SensorContext:
         """(H, W) z in mm of the undeformed gel surface, 0 at the apex; None if it is flat."""
         if self.gel.radius_mm is None:
             return None
+        # only domes need it
+        from tactile_core.algorithms.heights.sphere import rest_height
+
         image = self.image
         return rest_height(
             (image.height_px, image.width_px),

@@ -14,7 +14,7 @@ from pydantic import (
     field_validator,
 )
 
-from tactile_core.formats.headers import MAX_PIXELS
+from tactile_core.formats.files import MAX_PIXELS
 from tactile_core.interfaces.artefact import Section
 
 ImagePoint = tuple[float, float]

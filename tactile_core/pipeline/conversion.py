@@ -269,7 +269,7 @@ def _read_image(file: RecordingFile, entry: ImageEntry) -> RecordedImage:
 
 
 def _record(sensor: Sensor, out: Path, readings: bool, advance: Callable[[float], None]) -> int:
-    with sensor.record_with(copy_writer(out), readings, waits=True) as recording:
+    with sensor.record(copy_writer(out), readings, waits=True) as recording:
         for _ in keep_recording(sensor, recording):
             advance(_share(sensor, recording.images))
     if recording.failure is not None:

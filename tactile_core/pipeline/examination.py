@@ -9,7 +9,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Literal
 
-from tactile_core.acquisition.acquisition import CAMERA, DRIVER
+from tactile_core.acquisition.devices import CAMERA, DRIVER, make_devices
 from tactile_core.acquisition.unit_devices import shared_hubs, with_unit_devices
 from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.errors import (
@@ -28,7 +28,6 @@ from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.health import Finding, Health
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.parts import check_steps
-from tactile_core.pipeline.playback import make_devices
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.entry_points import opencv_fault

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
-from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition
+from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.acquisition.devices import CAMERA, DRIVER, make_devices
 from tactile_core.acquisition.free_running import HOST, Clock
 from tactile_core.errors import CameraLost, DeviceError, InputError, LightsLost, TactileError
+from tactile_core.interfaces.camera import Drop
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_check import LiveCheck
 from tactile_core.pipeline.health import Health
 from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import make_devices
 from tactile_core.pipeline.sensor_recordings import SensorRecordings
 from tactile_core.plugins.blame import blame
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Image
+from tactile_core.quantities import Frame, Image, Quantity
 
 LOST = (CameraLost, LightsLost)  # Errors after which the devices can be opened again
 
@@ -117,6 +119,8 @@ class FrameSource:
     """
 
     def __init__(self, profile: Profile, timeout_s: float, reconnect_s: float) -> None:
+        if not 0 < timeout_s < float("inf"):
+            raise InputError(f"a timeout of {timeout_s:g} s? give a positive number of seconds")
         self.camera, illumination, self.driver = make_devices(profile)
         self.acquisition = Acquisition(self.camera, illumination, profile.image, self.driver)
         self.recordings = SensorRecordings(self.camera, self.acquisition)
@@ -149,6 +153,13 @@ class FrameSource:
             self._close_devices()
         finally:
             self.recordings.close()
+
+    def set_drop(self, drop: Drop | None) -> None:
+        """Choose what happens to images that nobody has read; see :meth:`Camera.set_drop`."""
+        if drop not in (None, "oldest", "never"):
+            raise InputError(f"drop={drop!r}? choose 'oldest' or 'never'")
+        with blame(CAMERA, self.camera):
+            self.camera.set_drop(drop)
 
     def first(self) -> Frame:
         """Acquire the first frame, which :meth:`next` will return again.
@@ -234,35 +245,43 @@ class FrameSource:
 
 
 class Measurement:
-    """Records what is measured, judges the sensor's health by it, and adds warnings to readings.
+    """Measures frames: records readings, judges the health by them, and adds warnings to them.
 
     Parameters
     ----------
     source : FrameSource
-
-    Attributes
-    ----------
-    tared : bool
-        Whether the load of some frame is being subtracted.
     """
 
     def __init__(self, source: FrameSource) -> None:
         self._source = source
         self._monitor = HealthMonitor(source.camera)
-        self._began = self.tared = False
+        self._began = False
 
     def health(self) -> Health:
         """Judge the camera, the lights and the markers from the readings until now."""
         return self._monitor.health()
 
-    def begin(self, pipeline: Pipeline, frame: Frame, *, tare: bool = False) -> Frame:
+    def measure(self, pipeline: Pipeline, frame: Frame, *inputs: Quantity, tare: bool) -> Reading:
+        """Measure a frame; the arguments are those of :meth:`Pipeline.process`."""
+        tare = tare or pipeline.tares
+        self._begin(pipeline, frame, tare=tare)
+        return self._note_reading(pipeline.process(frame, *inputs, tare=tare))
+
+    def measure_all(
+        self, pipeline: Pipeline, frames: Iterator[Frame], workers: int
+    ) -> Iterator[Reading]:
+        """Measure frames in several processes; see :meth:`Pipeline.map`."""
+        begun = map(partial(self._begin, pipeline), frames)
+        return map(self._note_reading, pipeline.map(begun, workers=workers))
+
+    def _begin(self, pipeline: Pipeline, frame: Frame, *, tare: bool = False) -> Frame:
         """Note that a frame is about to be measured, and return it."""
         if self._source.recordings.measuring(frame, tare=tare) and self._began:
             pipeline.resume()
-        self._began, self.tared = True, self.tared or tare
+        self._began = True
         return frame
 
-    def note_reading(self, pipeline: Pipeline, reading: Reading) -> Reading:
+    def _note_reading(self, reading: Reading) -> Reading:
         """Note a reading, and add the warnings that concern the devices and the markers."""
         self._monitor.add(reading, self._source.acquisition.settings, HOST.now())
         reading = self._source.add_warnings(reading)

@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Sequence
 from statistics import median
 
-from tactile_core.acquisition.acquisition import CAMERA, Settings
+from tactile_core.acquisition.acquisition import Settings
+from tactile_core.acquisition.devices import CAMERA
 from tactile_core.interfaces.camera import Camera, StreamStatistics
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.health import Finding, GelHealth, Health

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.errors import TactileError
 from tactile_core.pipeline.frame_check import check_reference
 from tactile_core.pipeline.frame_source import FrameSource
-from tactile_core.pipeline.made_up_frames import made_up_reference
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import read_reference
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Reference
+
+if TYPE_CHECKING:
+    from tactile_core.recordings.recorded_source import RecordedSource, Turn
 
 FIRST = "first"  # Value of `reference`: use the first frame and mark every reading as relative
 
@@ -26,16 +28,22 @@ class InitialReference:
     ----------
     profile : Profile
     given : Reference, path, "first" or None
-    recorded : Reference or None
-        That of the recording that is measured.
+    recorded : RecordedSource or None
+        The recording that is measured, if a sensor wrote it.
     """
 
     def __init__(
-        self, profile: Profile, given: Reference | Path | str | None, recorded: Reference | None
+        self,
+        profile: Profile,
+        given: Reference | Path | str | None,
+        recorded: RecordedSource | None,
     ) -> None:
         self._profile = profile
         self.is_given = given is not None
-        self._wanted = recorded if given is None else given
+        self._recorded = recorded
+        self._wanted = given
+        if given is None and recorded is not None:
+            self._wanted = recorded.own_reference()
         if not isinstance(self._wanted, str | Path):
             check_reference(self._wanted)
 
@@ -53,6 +61,8 @@ class InitialReference:
             The file cannot be read.
         """
         if isinstance(self._wanted, str | Path) and not self.is_first:
+            from tactile_core.pipeline.playback import read_reference
+
             self._wanted = read_reference(self._profile, Path(self._wanted))
         return self._wanted if isinstance(self._wanted, Reference) else None
 
@@ -68,11 +78,25 @@ class InitialReference:
             return self.known_reference()
         return Reference(**{**vars(average([source.first()])), "relative": True})
 
+    def recorded_start(self, bundle: Bundle | None) -> Reference | None:
+        """Return what a recording that changes its reference began with; None if one is given."""
+        if self.is_given or self._recorded is None or not self._recorded.changes_reference:
+            return None
+        return self._recorded.session.reference or (None if bundle is None else bundle.reference)
+
+    def recorded_change(self, turn: Turn) -> Reference | None:
+        """Return the reference that the recording changes to, if it does and none is given."""
+        if self.is_given or self._recorded is None or turn.reference is None:
+            return None
+        return self._recorded.reference(turn.reference)
+
     def warm(self, bundle: Bundle | None) -> None:
         """Load code before a camera is opened: measure made-up frames as the sensor its own."""
         with suppress(TactileError):  # reported when the devices are open
             pipeline = Pipeline(self._profile, bundle, self.known_reference())
             if self.is_first and pipeline.reference is None:
+                from tactile_core.pipeline.made_up_frames import made_up_reference
+
                 made_up = made_up_reference(self._profile.image, pipeline.channels)
                 pipeline = pipeline.with_reference(made_up)
             pipeline.warm()

@@ -9,17 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from tactile_core.acquisition.unit_devices import with_unit_devices
 from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
-from tactile_core.pipeline.playback import check_unit, recorded_session
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
-from tactile_core.recordings.session_files import bundle_of
 
 
 def open_sensor(
@@ -78,9 +75,15 @@ def open_sensor(
     DeviceError
         A device cannot be opened; nothing is left open.
     """
-    session = None if input is None else recorded_session(Path(input))
+    # what a live sensor does not need is imported with a recording only
+    session = None
+    if input is not None:
+        from tactile_core.pipeline.playback import check_unit, recorded_session
+
+        session = recorded_session(Path(input))
+        if session is not None:
+            check_unit(session, serial, Path(input))
     if session is not None:
-        check_unit(session, serial, Path(input or ""))
         serial, sim = serial or session.serial, sim or session.sim
     resolved = (
         profile
@@ -90,10 +93,14 @@ def open_sensor(
     if serial is not None:
         check_serial(serial)
         if input is None:
+            from tactile_core.acquisition.unit_devices import with_unit_devices
+
             resolved = with_unit_devices(resolved, serial)
     if gel is not None:
         check_serial(gel, "gel")
     if bundle is None and session is not None:
+        from tactile_core.recordings.session_files import bundle_of
+
         bundle = bundle_of(session, Path(input or ""))
     if bundle is None:
         place = default_place(resolved, serial, gel)

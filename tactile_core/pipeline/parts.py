@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tactile_core.acquisition.assembly import lights_of
+from tactile_core.acquisition.devices import lights_of, make_lights
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
-from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.pipeline.chain import Chain, without_markers
 from tactile_core.pipeline.frame_check import check_pixels
 from tactile_core.pipeline.health import left_out_notes
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.blame import blame
 from tactile_core.plugins.options import (
     calibrator_of,
@@ -39,6 +38,9 @@ from tactile_core.quantities import (
     Reference,
     ReferenceGradients,
 )
+
+if TYPE_CHECKING:
+    from tactile_core.conditioning.gel_check import GelCheck
 
 # Quantities that can come with a calibrated unit's frame; some calibrations return height.
 _EVER_GIVEN: frozenset[type[Quantity]] = frozenset({Frame, Reference, Gradients, HeightMap})
@@ -170,6 +172,8 @@ class PipelineParts:
         """Compares frames with the reference; None without one."""
         if self.conditioning.reference is None:
             return None
+        from tactile_core.conditioning.gel_check import GelCheck
+
         light = None if self.bundle is None else self.bundle.manifest.light_range
         view = ImageGeometry(self.profile.image).view()
         compensated = light is not None and self.conditioning.compensates

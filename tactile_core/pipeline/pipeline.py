@@ -10,22 +10,20 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tactile_core.acquisition.assembly import Assembly
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import is_sequential
-from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.chain import Step
 from tactile_core.pipeline.frame_check import check_order, check_pixels, check_reference
 from tactile_core.pipeline.health import exposure_warnings, not_given, without_slopes
-from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
 from tactile_core.pipeline.parts import PipelineParts
-from tactile_core.pipeline.playback import make_lights
-from tactile_core.pipeline.workers import shared_out
 from tactile_core.plugins.blame import blame_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -41,6 +39,9 @@ from tactile_core.quantities import (
     ShownGel,
 )
 from tactile_core.quantities.quantity import grid_of
+
+if TYPE_CHECKING:
+    from tactile_core.conditioning.gel_check import GelCheck
 
 
 class Pipeline:
@@ -203,6 +204,8 @@ class Pipeline:
         second. Nothing else changes: not the tare, not what steps remember of earlier frames, and
         no result.
         """
+        from tactile_core.pipeline.made_up_frames import made_up_frames, made_up_reference
+
         # a step may fail in any way; what matters is what it does with real frames
         with suppress(Exception):
             copy: Pipeline = pickle.loads(pickle.dumps(self))
@@ -246,6 +249,8 @@ class Pipeline:
         for frame in islice(left, 1 if workers > 1 else None):
             yield self.process(frame)
         if workers > 1:
+            from tactile_core.pipeline.workers import shared_out
+
             yield from shared_out(self, left, workers)
 
     @property

@@ -6,19 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from tactile_core.acquisition.acquisition import CAMERA, DRIVER, Acquisition, average
-from tactile_core.acquisition.assembly import LIGHTS, exposures_of
+from tactile_core.acquisition.acquisition import Acquisition, average
+from tactile_core.acquisition.devices import images_per_observation, make_devices
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.errors import InputError
-from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.component import Component, SensorBuild
+from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import markers_misfit
-from tactile_core.interfaces.illumination import Illumination
-from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.interfaces.recording_writer import RecordedSession
-from tactile_core.plugins.blame import blame
-from tactile_core.plugins.options import options_of
-from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
@@ -78,30 +72,6 @@ def check_unit(session: RecordedSession, serial: str | None, path: Path) -> None
             f"{path} was recorded with the unit {session.serial}, not {serial}; correct --serial "
             f"or leave it out"
         )
-
-
-class Devices(NamedTuple):
-    """The devices of a sensor, not yet open.
-
-    Attributes
-    ----------
-    camera : Camera
-    illumination : Illumination
-    driver : LightDriver or None
-        Switches the lights; None if the profile names none or the camera is not live.
-    """
-
-    camera: Camera
-    illumination: Illumination
-    driver: LightDriver | None
-
-
-def make_devices(profile: Profile) -> Devices:
-    """Make the camera, the illumination and the light driver that a profile names."""
-    camera: type[Camera] = resolve("camera", profile.camera.use)
-    with blame(CAMERA, camera):
-        made = camera.for_build(options_of(camera, profile.camera), profile)
-    return Devices(made, make_lights(profile), _make_driver(profile) if made.live else None)
 
 
 class Playback(NamedTuple):
@@ -174,11 +144,6 @@ def observation_names(profile: Profile, path: Path) -> list[str]:
     return [f"{path.stem}_{0:06d}"] if recording.names is None else list(recording.names)
 
 
-def images_per_observation(profile: Profile) -> int:
-    """Return the number of exposures per observation, including a dark one."""
-    return len(exposures_of(make_lights(profile)))
-
-
 def read_reference(profile: Profile, path: Path) -> Reference:
     """Average the observations of a recording of the undeformed sensor."""
     return average(list(read_frames(profile, path)))
@@ -190,19 +155,3 @@ def read_frames(profile: Profile, path: Path) -> Iterator[Frame]:
     camera, illumination, _ = make_devices(profile)
     with camera:
         yield from Acquisition(camera, illumination, profile.image)
-
-
-def make_lights(build: SensorBuild) -> Illumination:
-    """Make the description of a sensor's lights: positions and exposures."""
-    lights: type[Illumination] = resolve("illumination", build.illumination.use)
-    with blame(LIGHTS, lights):
-        return lights(options_of(lights, build.illumination))
-
-
-def _make_driver(profile: Profile) -> LightDriver | None:
-    component = profile.illumination.driver
-    if component is None:
-        return None
-    driver: type[LightDriver] = resolve("light_driver", component.use)
-    with blame(DRIVER, driver):
-        return driver(options_of(driver, component))

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from functools import partial
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.acquisition.free_running import HOST
 from tactile_core.interfaces.camera import Camera
 from tactile_core.interfaces.component import VIRTUAL_CAMERA
-from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.interfaces.sink import Reading
-from tactile_core.interfaces.streaming.image_queue import Tap
-from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 from tactile_core.pipeline.health_monitor import HealthMonitor
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.plugins.entry_points import library_versions
 from tactile_core.quantities import Frame, Image, Reference
-from tactile_core.recordings.running_recording import RunningRecording
-from tactile_core.recordings.session_files import bundle_content, profile_text
+
+if TYPE_CHECKING:
+    from tactile_core.interfaces.recording_writer import RecordedSession, RecordingWriter
+    from tactile_core.interfaces.streaming.image_queue import Tap
+    from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+    from tactile_core.recordings.running_recording import RunningRecording
 
 
 class SensorRecordings:
@@ -32,16 +34,10 @@ class SensorRecordings:
     ----------
     camera : Camera
     acquisition : Acquisition
-
-    Attributes
-    ----------
-    streamed : bool
-        Whether every image that arrives is recorded, also those that nobody reads.
     """
 
     def __init__(self, camera: Camera, acquisition: Acquisition) -> None:
         self._camera, self._acquisition = camera, acquisition
-        self.streamed = isinstance(camera, StreamingCamera) and len(acquisition.exposures) == 1
         self._levels: tuple[Mapping[str, float], ...] = tuple(
             exposure.levels for exposure in acquisition.exposures
         )
@@ -50,15 +46,53 @@ class SensorRecordings:
         self._begun: set[RunningRecording] = set()
         self._reported: set[tuple[RunningRecording, bool]] = set()
         self._health_at_s = float("-inf")
+        self._tared = False
 
-    def add(self, recording: RunningRecording) -> None:
-        """Record from now on."""
+    @property
+    def streamed(self) -> bool:
+        """Whether every image that arrives is recorded, also those that nobody reads."""
+        return self._stream is not None
+
+    @cached_property
+    def _stream(self) -> StreamingCamera | None:
+        """The camera, if it sends images on its own and each is an observation."""
+        # loaded already if the camera is one
+        from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
+
+        alone = len(self._acquisition.exposures) == 1
+        return self._camera if alone and isinstance(self._camera, StreamingCamera) else None
+
+    def start(
+        self,
+        writer: RecordingWriter,
+        pipeline: Pipeline,
+        sensor: str,
+        gel: str | None,
+        *,
+        readings: bool,
+        waits: bool,
+    ) -> RunningRecording:
+        """Record from now on; see :meth:`Sensor.record` and :func:`session_of`.
+
+        Raises
+        ------
+        InputError, OSError
+            The file cannot be created.
+        """
+        # no sensor needs it before it records
+        from tactile_core.recordings.running_recording import RunningRecording
+
+        exposures = len(self._acquisition.exposures)
+        session = session_of(
+            pipeline, sensor=sensor, exposures=exposures, gel=gel, tared=self._tared
+        )
+        recording = RunningRecording(writer, session, readings=readings, waits=waits)
         self._running = (*self._running, recording)
         self._health_at_s = float("-inf")
-        if self.streamed:
-            assert isinstance(self._camera, StreamingCamera)
+        if self._stream is not None:
             tap = self._taps[recording] = partial(recording.add_image, levels=self._levels[0])
-            self._camera.add_tap(tap)
+            self._stream.add_tap(tap)
+        return recording
 
     def record_observation(
         self, frame: Frame, images: tuple[Image, ...], *, earlier: bool = False
@@ -75,6 +109,7 @@ class SensorRecordings:
 
         It must with the first frame of a recording, because a replay starts with it.
         """
+        self._tared = self._tared or tare
         known = [one for one in self._open() if one.knows(frame, streamed=self.streamed)]
         new = [one for one in known if one not in self._begun]
         for recording in known:
@@ -124,13 +159,11 @@ class SensorRecordings:
         for recording in [one for one in self._running if one.is_closed]:
             self._running = tuple(one for one in self._running if one is not recording)
             self._begun.discard(recording)
-            if self.streamed:
-                assert isinstance(self._camera, StreamingCamera)
-                self._camera.remove_tap(self._taps.pop(recording))
+            if self._stream is not None:
+                self._stream.remove_tap(self._taps.pop(recording))
         return self._running
 
 
-# Packages of which results depend on the version.
 def session_of(
     pipeline: Pipeline, *, sensor: str, exposures: int, gel: str | None, tared: bool
 ) -> RecordedSession:
@@ -147,6 +180,9 @@ def session_of(
     tared : bool
         Whether a load is being subtracted already.
     """
+    from tactile_core.interfaces.recording_writer import RecordedSession
+    from tactile_core.recordings.session_files import bundle_content, profile_text
+
     bundle = pipeline.bundle
     named = gel or (None if bundle is None else bundle.manifest.gel_id) or None
     return RecordedSession(

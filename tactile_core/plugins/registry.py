@@ -20,7 +20,6 @@ import tactile_core
 from tactile_core import __version__
 from tactile_core.errors import PluginError
 from tactile_core.interfaces.hookspecs import GROUP
-from tactile_core.plugins.earlier_names import COMPONENTS, MOVED
 from tactile_core.plugins.entry_points import Offer, installed_offers, normalize_name
 from tactile_core.plugins.plugin import KINDS, Plugin, kind_in_words
 from tactile_core.plugins.plugin import ComponentKind as ComponentKind
@@ -145,18 +144,16 @@ def resolve(kind: ComponentKind, name: str) -> type:
     """
     plugin_name, dot, component = name.partition(".")
     wanted = f"{kind_in_words(kind)} {name!r}"
-    if name in MOVED:
-        package = _package_of(MOVED[name].partition(".")[0])
-        raise PluginError(
-            f"{wanted} is {MOVED[name]!r} now, which 'pip install {_source_of(package)}' installs; "
-            f"write the new name"
-        )
     if not dot or not component:
         raise PluginError(f"{wanted}: write plugin.name, as 'tactile plugins' lists it")
-    if name in COMPONENTS:
-        raise PluginError(f"{wanted} is of an earlier version; {COMPONENTS[name]}")
-    offer = _offer(plugin_name, wanted)
-    found = Plugin.load(offer).component(kind, component)
+    try:
+        offer = _offer(plugin_name, wanted)
+        found = Plugin.load(offer).component(kind, component)
+    except PluginError:
+        earlier = _earlier(name, wanted)
+        if earlier:
+            raise PluginError(earlier) from None
+        raise
     _RESOLVED[found] = name, offer
     return found
 
@@ -378,6 +375,21 @@ def _other_api(offer: Offer) -> str:
     return (
         f"{offer} is written for {offer.group}, but {_CORE.origin} supports {GROUP}; "
         f"run 'pip install --upgrade {upgrade}'"
+    )
+
+
+def _earlier(name: str, wanted: str) -> str:
+    """Return what to write instead of a component of an earlier version; empty for others."""
+    from tactile_core.plugins.earlier_names import COMPONENTS, MOVED
+
+    if name in COMPONENTS:
+        return f"{wanted} is of an earlier version; {COMPONENTS[name]}"
+    if name not in MOVED:
+        return ""
+    package = _package_of(MOVED[name].partition(".")[0])
+    return (
+        f"{wanted} is {MOVED[name]!r} now, which 'pip install {_source_of(package)}' installs; "
+        f"write the new name"
     )
 
 

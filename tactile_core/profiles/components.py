@@ -14,7 +14,6 @@ from tactile_core.errors import InputError, PluginError, PluginFault, Problem
 from tactile_core.formats.files import expand_home
 from tactile_core.formats.yaml_tree import Keys, Node, problem_at
 from tactile_core.plugins.blame import blame
-from tactile_core.profiles.problems import problems_of
 from tactile_core.profiles.source import Source
 
 if TYPE_CHECKING:
@@ -93,6 +92,8 @@ def check_components(source: Source) -> Checked:
             found = [problem_at(node.place, keys, str(error))]
         else:
             if mistakes is not None:
+                from tactile_core.profiles.problems import problems_of  # for mistakes alone
+
                 found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _settings_at(settings, keys).update(options)
         problems += found

@@ -20,7 +20,6 @@ from tactile_core.formats.yaml_tree import Node, problem_at, read_yaml, refusal
 from tactile_core.interfaces.component import VIRTUAL_CAMERA
 from tactile_core.profiles.components import check_components
 from tactile_core.profiles.model import Profile
-from tactile_core.profiles.problems import MISSING, problems_of
 from tactile_core.profiles.source import Source, read_source
 
 _SUFFIXES = (".yaml", ".yml")
@@ -261,6 +260,8 @@ def _mistakes(source: Source) -> list[Problem]:
     try:
         Profile.model_validate(tree.plain())
     except ValidationError as error:
+        from tactile_core.profiles.problems import MISSING, problems_of  # for mistakes alone
+
         problems = problems_of(error, tree, Profile)
         # a key that an unreadable parent may define is not reported as missing
         return [p for p in problems if source.whole or p.message != MISSING]

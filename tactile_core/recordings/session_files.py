@@ -13,10 +13,9 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.bundles.claims import reference_arrays, reference_of
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.catalog import hide_secrets
-from tactile_core.formats.npz import npz_arrays, npz_bytes
+from tactile_core.formats.npz import npz_arrays, npz_bytes, reference_arrays, reference_of
 from tactile_core.formats.text import yaml_text
 from tactile_core.formats.yaml_tree import mapping_of
 from tactile_core.interfaces.recording_writer import RecordedSession

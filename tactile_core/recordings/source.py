@@ -220,16 +220,7 @@ def copy_writer(path: Path) -> RecordingWriter:
     PluginError
         The format's distribution is not installed, or broken.
     """
-    name = _format_of(path)
-    if name is not None:
-        return _made(name, lambda form: form.write(path), RecordingWriter)
-    if path.suffix.lower() == _LIVE:
-        from tactile_core.recordings.mcap.writer import McapWriter
-
-        return McapWriter(path)
-    from tactile_core.recordings.folder.file import FolderWriter
-
-    return FolderWriter(path)
+    return _made(path, lambda form: form.write(path), RecordingWriter)
 
 
 def recording_file(path: Path) -> RecordingFile:
@@ -243,23 +234,28 @@ def recording_file(path: Path) -> RecordingFile:
         The format's distribution is not installed, or broken.
     """
     status(path)
-    name = _format_of(path)
-    if name is not None:
-        return _made(name, lambda form: form.read(path), RecordingFile)
-    if path.suffix.lower() == _LIVE:
-        from tactile_core.recordings.mcap.file import McapFile
-
-        return McapFile(path)
-    from tactile_core.recordings.folder.file import FolderFile
-
-    return FolderFile(path)
+    return _made(path, lambda form: form.read(path), RecordingFile)
 
 
-def _made(name: str, make: Callable[[RecordingFormat], T], wanted: type[Any]) -> T:
-    """Return what a plugin's format makes, and check its type."""
-    kind, part = resolve("recording_format", name), f"the recording format {name!r}"
+def _made(path: Path, make: Callable[[RecordingFormat], T], wanted: type[Any]) -> T:
+    """Return what the format of a path makes; a fault of a plugin's format names it."""
+    name, kind = _format(path)
+    part = f"the recording format {name!r}"
     with blame(part, kind):
         made = make(kind())
     if not isinstance(made, wanted):
         raise fault(part, kind, f"returned {type(made).__name__}, not a {wanted.__name__}")
     return made
+
+
+def _format(path: Path) -> tuple[str, type[RecordingFormat]]:
+    name = _format_of(path)
+    if name is not None:
+        return name, resolve("recording_format", name)
+    if path.suffix.lower() == _LIVE:
+        from tactile_core.recordings.mcap.writer import McapFormat
+
+        return "mcap", McapFormat
+    from tactile_core.recordings.folder.file import FolderFormat
+
+    return "folder", FolderFormat

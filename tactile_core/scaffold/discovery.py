@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import Crop
 from tactile_core.formats.text import shorten_repr
-from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import (
     find_profile,

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.errors import PluginError, TactileError
 from tactile_core.interfaces.calibration import Calibration, Calibrator
 from tactile_core.interfaces.camera import Camera
@@ -19,7 +20,6 @@ from tactile_core.interfaces.device import Device
 from tactile_core.interfaces.estimator import Estimator, SensorContext
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.entry_points import installed_offers
 from tactile_core.plugins.plugin import ComponentKind, Plugin
 from tactile_core.plugins.registry import find_plugin, resolve
@@ -111,7 +111,7 @@ class Registered:
             return []
 
     def profiles(self) -> list[ProfileFile]:
-        """Return the plugin's profiles, and the shipped ones that use it and only what is installed."""
+        """Return the plugin's profiles, and the shipped ones that use it with what is installed."""
         import sensor_profiles
 
         own: Path | None = None

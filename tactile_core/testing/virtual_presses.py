@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_core.algorithms.heights.sphere import BallPress
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.errors import PluginError, TactileError
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import SIMULATOR

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.errors import InputError
 from tactile_core.interfaces.gel import Gel, Markers
 from tactile_core.interfaces.image import ImageSection

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from support.normals import read_normals
 
-from tactile_core.formats.npz import write_normals
+from tactile_core.formats.images import write_normals
 from tactile_core.quantities import Gradients
 
 SLOPES = arrays(np.float32, (4, 5), elements=st.floats(-20, 20, width=32))

@@ -9,7 +9,7 @@ import pytest
 from support.readings import slopes
 
 from tactile_core.errors import CalibrationError
-from tactile_core.interfaces.slope_errors import SlopeErrors
+from tactile_core.interfaces.calibration import SlopeErrors
 
 ERRORS = SlopeErrors(
     np.array([0.01, 0.5], np.float32), np.array([0.004, 0.05], np.float32), 0.02, 1.5

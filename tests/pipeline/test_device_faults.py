@@ -19,11 +19,11 @@ from support.mjpeg_server import Exchange, MjpegServer, jpeg
 from support.virtual_lab import VirtualLab
 
 from tactile_core import open_sensor
+from tactile_core.acquisition import devices
 from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.errors import CameraTimeout, DeviceBusy, DeviceError
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.pipeline import playback
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.testing.imports import Footprint, within
 
@@ -187,7 +187,7 @@ def test_lights_that_cannot_be_switched_off_do_not_keep_the_camera_open(
     lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ReplayCamera, "live", True)
-    monkeypatch.setattr(playback, "_make_driver", lambda profile: Stuck(Options()))
+    monkeypatch.setattr(devices, "_make_driver", lambda profile: Stuck(Options()))
     sensor = open_sensor(lab.profile_path, bundle=lab.bundle, input=lab.presses)
     sensor.read()
     with pytest.raises(DeviceError, match="the box is stuck"):

@@ -11,6 +11,7 @@ import pytest
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core import HeightMap, open_sensor
+from tactile_core.acquisition import devices
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.bundles.bundle import Bundle, default_place
@@ -18,7 +19,6 @@ from tactile_core.errors import CalibrationError, CameraLost, DeviceError, Input
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
-from tactile_core.pipeline import playback
 from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
 
@@ -129,7 +129,7 @@ def lights(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(ReplayCamera, "_close", jam)
     monkeypatch.setattr(ReplayCamera, "live", True)
-    monkeypatch.setattr(playback, "_make_driver", lambda profile: Box(calls))
+    monkeypatch.setattr(devices, "_make_driver", lambda profile: Box(calls))
     return calls
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.algorithms.heights.sphere import BallPress
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.profiles.loader import load_profile
 from tactile_sim.optics.rig import render
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tactile_core import load_profile, open_sensor
+from tactile_core.acquisition.devices import make_devices
 from tactile_core.errors import InputError
-from tactile_core.pipeline.playback import make_devices
 from tactile_sim import VirtualStage
 
 SCRIPT = """\

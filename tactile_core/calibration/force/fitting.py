@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.force.cell_axes import (
     CellRotation,
@@ -30,7 +31,6 @@ from tactile_core.formats.labels import ForceTable, read_forces, read_weights
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.estimator import FittedForce, ForceModel, ForceSamples
-from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.plugins.blame import blame, fault
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile

@@ -10,6 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.errors import InputError, PluginError, ProfileError, TactileError
 from tactile_core.evaluation.comparison.accuracy import Accuracy, Arrays, Truth, common_names
 from tactile_core.evaluation.comparison.report import Comparison as Comparison
@@ -20,7 +21,6 @@ from tactile_core.formats.yaml_tree import mapping_of
 from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.opening import open_sensor
-from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.pipeline.sensor import Sensor
 from tactile_core.pipeline.workers import WorkerProcess
 from tactile_core.plugins.blame import blame_of

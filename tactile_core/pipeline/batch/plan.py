@@ -14,6 +14,7 @@ from time import monotonic
 from typing import Any
 
 from tactile_core import __version__
+from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.bundles.bundle import Bundle, default_place
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import SCAN_FILE
@@ -24,7 +25,6 @@ from tactile_core.pipeline.batch.recording_job import (
     report_failure,
 )
 from tactile_core.pipeline.initial_reference import FIRST
-from tactile_core.pipeline.playback import images_per_observation
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.profiles.loader import load_profile

@@ -19,6 +19,7 @@ from tactile_core.interfaces.recording_format import (
     EventEntry,
     ImageEntry,
     RecordingFile,
+    RecordingFormat,
     recorded_image,
 )
 from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
@@ -206,6 +207,18 @@ class FolderFile(RecordingFile):
                 raise InputError(
                     f"{self.path / LIST}:{number} is damaged; copy the recording again"
                 ) from error
+
+
+class FolderFormat(RecordingFormat):
+    """Folders of images."""
+
+    def write(self, path: Path) -> FolderWriter:
+        """Return the writer of a folder."""
+        return FolderWriter(path)
+
+    def read(self, path: Path) -> FolderFile:
+        """Open a folder."""
+        return FolderFile(path)
 
 
 def _text(value: Any) -> str:

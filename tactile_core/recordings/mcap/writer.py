@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from tactile_core.formats.headers import kind_of
+from tactile_core.interfaces.recording_format import RecordingFormat
 from tactile_core.interfaces.recording_writer import RecordedImage, RecordedSession, RecordingWriter
 from tactile_core.interfaces.sink import Reading
 from tactile_core.quantities import Image, Reference
 from tactile_core.recordings.appended_file import AppendedFile
 from tactile_core.recordings.mcap.chunks import ChunkedFile
+from tactile_core.recordings.mcap.file import McapFile
 from tactile_core.recordings.mcap.quantities import (
     COMPRESSED_IMAGE,
     EVENT,
@@ -200,6 +202,18 @@ class McapWriter(RecordingWriter):
         name = f"{self._root}/{topic}"
         encoding = "protobuf" if protobuf else "json"
         return self._chunks.register_channel(name, encoding, self._schemas[schema])
+
+
+class McapFormat(RecordingFormat):
+    """MCAP files."""
+
+    def write(self, path: Path) -> McapWriter:
+        """Return the writer of a file."""
+        return McapWriter(path)
+
+    def read(self, path: Path) -> McapFile:
+        """Open a file."""
+        return McapFile(path)
 
 
 @cache

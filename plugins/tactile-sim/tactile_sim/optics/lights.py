@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.acquisition.assembly import exposures_of, lights_of
+from tactile_core.acquisition.devices import exposures_of, lights_of
 from tactile_core.algorithms.arrays.types import Float32, from_middle
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.gel import LightBuild

@@ -10,13 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.acquisition.assembly import exposures_of
+from tactile_core.acquisition.devices import exposures_of, make_lights
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.illumination import COLOUR, Exposure
 from tactile_core.interfaces.simulator import Renderer
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.quantities import Frame
 from tactile_sim.modes import Mode
 from tactile_sim.optics.camera import Chip, Noise, crosstalk_matrix, vignette

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from tactile_core.acquisition.acquisition import Acquisition
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.calibration.virtual_unit import VirtualUnit
 from tactile_core.conditioning.conditioning import is_sequential
 from tactile_core.interfaces.camera import Camera, Trigger
@@ -18,7 +19,6 @@ from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import Exposure
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.pipeline.pipeline import Pipeline
-from tactile_core.pipeline.playback import make_lights
 from tactile_core.plugins.options import measured_by
 from tactile_core.quantities import (
     Frame,

@@ -11,7 +11,7 @@ from tactile_core.acquisition.acquisition import average
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.algorithms.poisson import integrate
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.conditioning.conditioning import MarkerFinder
+from tactile_core.conditioning.marker_finder import MarkerFinder
 from tactile_core.interfaces.calibration import Press
 from tactile_core.interfaces.component import Component
 from tactile_core.plugins.options import calibrator_of

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from support.onnx_network import written_network
 
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.testing import PluginConformance
 from tactile_core.testing.virtual_presses import generic_rig
 
@@ -17,8 +18,8 @@ def network(name: str, **output: Any) -> Path:
     """Write a network that gives the mean colour of the frame's difference to the reference."""
     folder = Path(FOLDER.name, name)
     folder.mkdir()
-    rig = generic_rig()
-    image, channels = rig.profile.image, rig.reference.pixels.shape[2]
+    profile = generic_rig().profile
+    image, channels = profile.image, len(make_lights(profile).channels)
     return written_network(
         folder,
         np.ones((4, channels), np.float32),

@@ -85,6 +85,8 @@ class LiveSensor:
     Attributes
     ----------
     newest : Newest of LiveState
+    is_needed : callable
+        Says whether somebody looks or something is under way; else a virtual sensor waits.
     guide : callable or None
         Looks at each frame while the sensor is calibrated, and says what to do.
     """
@@ -97,6 +99,7 @@ class LiveSensor:
         paced = not sensor.is_live and self._virtual is None
         self.playback = ShownPlayback() if paced else None
         self.failure = ""
+        self.is_needed: Callable[[], bool] = lambda: True
         self.guide: Callable[[Frame], Guidance | None] | None = None
         self.guidance: Guidance | None = None
         self._samples: deque[Sample] = deque()
@@ -185,6 +188,9 @@ class LiveSensor:
                 self._do_all()
                 if self.playback is not None and self.playback.waits:
                     self._do_one(timeout_s=1.0)
+                elif self._virtual is not None and self._number and not self.is_needed():
+                    self._last_s = 0.0  # the pause is no part of the rate
+                    self._do_one(timeout_s=0.1)
                 else:
                     self._observe()
             except DeviceError as error:

@@ -8,10 +8,11 @@ import http
 import logging
 import socket
 import threading
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -151,7 +152,9 @@ class LivePage(Closing):
         self._gate = Gate.for_port(token, self.port, names)
         shown = f"[{host}]" if ":" in host else host
         self.address = f"http://{shown}:{self.port}/{token}/"
-        self._watching = 0
+        self._pages: Counter[Desk] = Counter()
+        for desk in self.desks:
+            desk.live.is_needed = partial(self._is_needed, desk)
         self._loop = asyncio.new_event_loop()
         self._end: asyncio.Event | None = None
         self._ready = threading.Event()
@@ -214,7 +217,7 @@ class LivePage(Closing):
         if inside.startswith(_LIVE):
             if self._desk(inside.removeprefix(_LIVE)) is None:
                 return _answer(http.HTTPStatus.NOT_FOUND, "There is no such sensor.")
-            if self._watching >= BROWSERS:
+            if self._pages.total() >= BROWSERS:
                 return _answer(
                     http.HTTPStatus.SERVICE_UNAVAILABLE,
                     "Too many pages are open; close one of them.",
@@ -237,22 +240,26 @@ class LivePage(Closing):
         known = number.isascii() and number.isdigit() and len(number) < 4
         return self.desks[int(number)] if known and int(number) < len(self.desks) else None
 
+    def _is_needed(self, desk: Desk) -> bool:
+        """Return whether a page shows a sensor, or something of it goes on without one."""
+        return self._pages[desk] > 0 or bool(desk.under_way)
+
     async def _watch(self, connection: ServerConnection) -> None:
         from websockets.exceptions import ConnectionClosed
 
         request = connection.request
         inside = "" if request is None else self._gate.inside(request.path)
         desk = self._desk(inside.removeprefix(_LIVE))
-        if desk is None or self._watching >= BROWSERS:
+        if desk is None or self._pages.total() >= BROWSERS:
             await connection.close(1013, "too many pages")
             return
-        self._watching += 1
+        self._pages[desk] += 1
         try:
             with suppress(ConnectionClosed):
                 await PageSession(desk, self.desks.index(desk), connection).run()
         finally:
-            self._watching -= 1
-            for one in self.desks if not self._watching else ():
+            self._pages[desk] -= 1
+            for one in self.desks if not self._pages.total() else ():
                 if one.under_way:
                     self._say(
                         f"no page is open; {one.under_way} of {one.name} goes on until it is ended "

@@ -33,6 +33,16 @@ def desk(lab: VirtualLab, tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.fixture
+def virtual(lab: VirtualLab, tmp_path: Path) -> Iterator[Desk]:
+    """A virtual sensor that a hand touches."""
+    sensor = open_live(WantedSensor(str(lab.profile_path), bundle=lab.bundle), sim=True)
+    made = Desk(LiveSensor(sensor, tmp_path).start())
+    until(lambda: made.live.newest.value is not None)
+    yield made
+    made.close()
+
+
+@pytest.fixture
 def page(desk: Desk) -> Iterator[LivePage]:
     """The page of this recording."""
     with LivePage([desk], TOKEN) as served:

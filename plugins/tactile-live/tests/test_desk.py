@@ -31,8 +31,7 @@ from tactile_live.commands import (
     TakeReference,
 )
 from tactile_live.desk import Desk
-from tactile_live.live_sensor import LiveSensor
-from tactile_live.opening import WantedSensor, open_live, wanted_sensors
+from tactile_live.opening import wanted_sensors
 from tactile_live.shown_state import new_path
 from tactile_sim.camera import HandCamera
 
@@ -126,17 +125,6 @@ def test_a_camera_that_is_lost_is_looked_for(desk: Desk, monkeypatch: pytest.Mon
     assert sensor.pipeline.reference is not None
     assert reference is not None
     np.testing.assert_array_equal(sensor.pipeline.reference.pixels, reference.pixels)
-
-
-@pytest.fixture
-def virtual(lab: VirtualLab, tmp_path: Path) -> Any:
-    sensor = open_live(WantedSensor(str(lab.profile_path), bundle=lab.bundle), sim=True)
-    live = LiveSensor(sensor, tmp_path)
-    desk = Desk(live)
-    live.start()
-    until(lambda: live.newest.value is not None)
-    yield desk
-    desk.close()
 
 
 def test_an_object_is_moved_on_a_virtual_sensor_and_the_truth_is_known(virtual: Desk) -> None:

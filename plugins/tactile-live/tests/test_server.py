@@ -373,3 +373,29 @@ def test_what_goes_on_without_a_page_is_said(desk: Desk) -> None:
         with watching(page.address) as watcher:
             assert watcher.hello["status"]["recording"] is not None
             assert "Recorded" in watcher.ask(do="record", on=False)["done"]
+
+
+def rests(desk: Desk) -> bool:
+    before = _number(desk)
+    time.sleep(0.4)
+    return _number(desk) == before
+
+
+def test_a_virtual_sensor_waits_while_no_page_shows_it(virtual: Desk) -> None:
+    with LivePage([virtual], TOKEN) as page:
+        until(lambda: rests(virtual))
+        with watching(page.address) as watcher:
+            first, second = watcher.next(), watcher.next()
+            assert second.header["number"] > first.header["number"]
+        until(lambda: rests(virtual))
+
+
+def test_a_virtual_sensor_that_is_recorded_goes_on_without_a_page(virtual: Desk) -> None:
+    pytest.importorskip("mcap", reason="the extra 'record' is not installed")
+    with LivePage([virtual], TOKEN) as page:
+        with watching(page.address) as watcher:
+            watcher.ask(do="record", on=True)
+        time.sleep(0.4)  # the page has left
+        measures_on(virtual)
+        with watching(page.address) as watcher:
+            assert "Recorded" in watcher.ask(do="record", on=False)["done"]

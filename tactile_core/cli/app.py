@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -24,6 +25,8 @@ from tactile_core.errors import PluginError, words_of
 if TYPE_CHECKING:
     from typer._click.core import Command, Context
 
+    from tactile_core.plugins.plugin import Plugin
+
 # Plugin of each command that other distributions of this project add.
 ADDED_BY: Mapping[str, str] = {
     "bench": "sim",
@@ -40,18 +43,23 @@ class Commands(TyperGroup):
     Looking for a command imports plugins, whose prints go to stderr.
     """
 
+    @cached_property
+    def _adding(self) -> Mapping[str, Sequence[Plugin]]:
+        """The plugins that add each command, which takes longer to find than all else of a call."""
+        from tactile_core.plugins.registry import added_commands
+
+        return added_commands()
+
     @only_data_on_stdout()
     def list_commands(self, ctx: Context) -> list[str]:
         """Return the names in the order of the help; note which commands cannot be used."""
-        from tactile_core.plugins.registry import added_commands
-
         usable = super().list_commands(ctx)
-        for name in added_commands():
+        for name in sorted(self._adding):
             if name in usable:
                 print_message(f"note: the command {name!r} of a plugin is hidden by the core's own")
                 continue
             try:
-                _added_command(name)
+                self._added_command(name)
             except PluginError as error:
                 print_message(f"note: {error}")
             else:
@@ -69,7 +77,7 @@ class Commands(TyperGroup):
         UsageError
             There is none of this name.
         """
-        found = super().get_command(ctx, cmd_name) or _added_command(cmd_name)
+        found = super().get_command(ctx, cmd_name) or self._added_command(cmd_name)
         if found is None:
             self._refuse(ctx, cmd_name)
         return found
@@ -86,29 +94,28 @@ class Commands(TyperGroup):
             meant += f" Not all of these plugins can be used: {broken}; see 'tactile doctor'."
         ctx.fail(f"No such command {cmd_name!r}.{meant}")
 
+    def _added_command(self, name: str) -> Command | None:
+        """Return a command that a plugin adds; None if no plugin does.
 
-def _added_command(name: str) -> Command | None:
-    """Return a command that a plugin adds; None if no plugin does.
+        Raises
+        ------
+        PluginError
+            Two plugins add it, or it cannot be imported or called.
+        """
+        from tactile_core.plugins.registry import import_command
 
-    Raises
-    ------
-    PluginError
-        Two plugins add it, or it cannot be imported or called.
-    """
-    from tactile_core.plugins.registry import find_command
-
-    function = find_command(name)
-    if function is None:
-        return None
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(name)(guard_command(function))
-    try:
-        return get_command(alone)
-    except Exception as error:  # typer's, for parameters that it cannot understand
-        raise PluginError(
-            f"the command {name!r} of {function.__module__} has parameters that cannot be used "
-            f"({words_of(error)}); repair or update its plugin"
-        ) from error
+        if name not in self._adding:
+            return None
+        function = import_command(name, self._adding[name])
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(name)(guard_command(function))
+        try:
+            return get_command(alone)
+        except Exception as error:  # typer's, for parameters that it cannot understand
+            raise PluginError(
+                f"the command {name!r} of {function.__module__} has parameters that cannot be used "
+                f"({words_of(error)}); repair or update its plugin"
+            ) from error
 
 
 app = typer.Typer(

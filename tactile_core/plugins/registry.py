@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -251,40 +251,37 @@ def _with_clashes(info: PluginInfo, adding: Mapping[str, int]) -> PluginInfo:
     return replace(info, status="broken", problems=(*info.problems, *problems))
 
 
-def added_commands() -> list[str]:
-    """Return the commands that installed plugins add; broken plugins are left out."""
-    return sorted({name for plugin in _working_plugins() for name in plugin.commands()})
+def added_commands() -> Mapping[str, Sequence[Plugin]]:
+    """Import every installed plugin but the core; return who adds each command.
+
+    Plugins whose commands cannot be read are left out.
+    """
+    found: dict[str, list[Plugin]] = {}
+    for offer in _foreign_offers():
+        with suppress(PluginError):
+            if not _objection(offer):
+                plugin = Plugin.load(offer)
+                for name in plugin.commands():
+                    found.setdefault(name, []).append(plugin)
+    return found
 
 
-def find_command(name: str) -> Callable[..., None] | None:
-    """Return the function of a command that a plugin adds; None if no plugin does.
+def import_command(name: str, adding: Sequence[Plugin]) -> Callable[..., None]:
+    """Return the function of a command that plugins add.
 
     Raises
     ------
     PluginError
         Two plugins add it, or it cannot be imported.
     """
-    adding = [plugin for plugin in _working_plugins() if name in plugin.commands()]
     if len(adding) > 1:
         raise PluginError(
             f"the command {name!r} is added by {' and by '.join(p.offer.origin for p in adding)}; "
             f"uninstall all but one of them"
         )
-    if not adding:
-        return None
     offer, found = adding[0].offer, adding[0].command(name)
     _RESOLVED[found] = f"{offer.name}.{name}", offer
     return found
-
-
-def _working_plugins() -> Iterator[Plugin]:
-    """Import every installed plugin but the core; yield those whose commands can be read."""
-    for offer in _foreign_offers():
-        if not _objection(offer):
-            with suppress(PluginError):
-                plugin = Plugin.load(offer)
-                plugin.commands()
-                yield plugin
 
 
 def profile_directories() -> Mapping[str, Path]:

@@ -9,6 +9,8 @@ from support.command_line import refused, tactile
 from support.own_plugins import Install
 
 import tactile_core.cli.app as app
+from tactile_core.errors import PluginError
+from tactile_core.plugins import registry
 
 GREETING = """\
 from typing import Annotated
@@ -59,7 +61,7 @@ def test_an_absent_distribution_is_named_with_its_pip_command(
     monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     monkeypatch.setattr(app, "ADDED_BY", dict.fromkeys(app.ADDED_BY, "elsewhere"))
-    monkeypatch.setattr("tactile_core.plugins.registry.find_command", lambda name: None)
+    monkeypatch.setattr(registry, "added_commands", dict)
     said = refused(command, "x")
     assert f"the command {command!r} needs the plugin 'elsewhere'" in said
     assert "pip install tactile-elsewhere" in said
@@ -166,11 +168,20 @@ def test_a_command_that_the_core_has_stays_the_core_s(install: Install) -> None:
 def test_two_plugins_with_one_command_are_both_named(install: Install) -> None:
     install("lab", {"greeting.py": GREETING}, tactile_commands={"view": "own_lab.greeting:greet"})
     assert "adds the command 'view', as another plugin does" in tactile("doctor").stdout
-    from tactile_core.errors import PluginError
-    from tactile_core.plugins.registry import find_command
-
     with pytest.raises(PluginError, match=r"tactile-lab 1\.0.*uninstall all but one"):
-        find_command("view")
+        registry.import_command("view", registry.added_commands()["view"])
+
+
+def test_installed_plugins_are_looked_through_once_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    look, looked = registry.added_commands, []
+
+    def added_commands() -> object:
+        looked.append(True)
+        return look()
+
+    monkeypatch.setattr(registry, "added_commands", added_commands)
+    assert "simulate" in tactile("--help").stdout
+    assert looked == [True]
 
 
 @pytest.mark.usefixtures("lab")

@@ -11,11 +11,10 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from tactile_core.cli.calibrate import calibrate, calibrate_force
+from tactile_core.cli.calibrate import calibrate, calibrate_force, import_
 from tactile_core.cli.compare import compare
 from tactile_core.cli.doctor import devices, doctor
 from tactile_core.cli.explaining import guard_command
-from tactile_core.cli.importing import import_
 from tactile_core.cli.output import only_data_on_stdout, print_message
 from tactile_core.cli.profiles import new, plugins, profiles, schema, validate
 from tactile_core.cli.record import convert, record, recover

@@ -52,6 +52,12 @@ def test_opening_twice_opens_once_and_returns_the_device() -> None:
     assert (device.opened, device.is_open) == (1, True)
 
 
+def test_an_error_within_the_block_is_not_hidden_by_one_of_closing() -> None:
+    with pytest.raises(ValueError, match="mine") as raised, FakeDevice(close_fails=True).open():
+        raise ValueError("mine")
+    assert raised.value.__notes__ == ["closing failed as well: jammed"]
+
+
 def test_closing_twice_closes_once() -> None:
     device = FakeDevice().open()
     device.close()

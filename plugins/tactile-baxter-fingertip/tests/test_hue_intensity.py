@@ -15,7 +15,7 @@ from tactile_baxter_fingertip.hue_intensity import (
     HueIntensityCalibrator,
     HueIntensityOptions,
 )
-from tactile_core.algorithms.slopes.press_light import PressLight
+from tactile_core.algorithms.slopes.slope_grid import PressLight
 from tactile_core.calibration.presses import angles_deg
 from tactile_core.errors import CalibrationError
 from tactile_core.plugins.registry import resolve

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells
-from tactile_core.algorithms.slopes.press_light import PressLight
+from tactile_core.algorithms.slopes.slope_grid import PressLight
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.for_reference import ForReference

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.algorithms.light.photometric import place
-from tactile_core.algorithms.slopes.press_light import PressLight
 from tactile_core.algorithms.slopes.sampling import Sampling
-from tactile_core.algorithms.slopes.slope_grid import SlopeCells
+from tactile_core.algorithms.slopes.slope_grid import PressLight, SlopeCells
 from tactile_core.quantities import Reference
 from tactile_desktop_six_led.light_field import LEAST_RATIO, LightField
 from tactile_desktop_six_led.lit_lights import LitLights

@@ -14,10 +14,10 @@ from tactile_core.algorithms.arrays.types import Array, Bool, Float32
 from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.algorithms.light.photometric import place, relative_change
 from tactile_core.algorithms.slopes.colour_table import ColourTable
-from tactile_core.algorithms.slopes.press_light import PressLight
 from tactile_core.algorithms.slopes.sampling import Sampling
 from tactile_core.algorithms.slopes.slope_grid import (
     Model,
+    PressLight,
     SlopeCells,
     SlopeGrid,
     averaged_for_heights,

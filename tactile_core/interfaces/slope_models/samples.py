@@ -12,10 +12,9 @@ from pydantic import Field, model_validator
 
 from tactile_core.algorithms.light.photometric import to_normal_xy
 from tactile_core.algorithms.slopes.colour_table import Axis, ColourTable, bake
-from tactile_core.algorithms.slopes.press_light import PressLight, steep_share
 from tactile_core.algorithms.slopes.sampling import Sampling
 from tactile_core.algorithms.slopes.slope_field import Sampler, SlopeField
-from tactile_core.algorithms.slopes.slope_grid import Model
+from tactile_core.algorithms.slopes.slope_grid import Model, PressLight, steep_share
 from tactile_core.errors import CalibrationError
 from tactile_core.interfaces import device
 from tactile_core.interfaces.calibration import Press

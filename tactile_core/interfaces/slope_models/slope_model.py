@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.algorithms.light.photometric import bare_mask
 from tactile_core.algorithms.slopes.colour_table import ColourTable
-from tactile_core.algorithms.slopes.press_light import PressLight
 from tactile_core.algorithms.slopes.sampling import two_within
 from tactile_core.algorithms.slopes.slope_field import SlopeField
-from tactile_core.algorithms.slopes.slope_grid import SlopeCells
+from tactile_core.algorithms.slopes.slope_grid import PressLight, SlopeCells
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.slope_models.model_file import (

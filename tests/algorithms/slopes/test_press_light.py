@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactile_core.algorithms.slopes.press_light import PressLight
+from tactile_core.algorithms.slopes.slope_grid import PressLight
 
 
 def sloped(share: float) -> np.ndarray:

@@ -62,6 +62,8 @@ class Acquisition:
         Exposure time and gain of each exposure of the latest observation, as read back.
     keep_raw : bool
         May be changed at any time.
+    triggers : bool
+        Whether each exposure is triggered, so that nothing arrives that nobody reads.
     """
 
     def __init__(
@@ -86,6 +88,7 @@ class Acquisition:
         self._settled_s = float("-inf")
         self._stream: FreeRunning | None = None
         self._trigger: Trigger | None = None
+        self.triggers = False
         self._shining: Mapping[str, float] | None = None
         self._sequence = 0
         self.settings: tuple[Settings, ...] = ()
@@ -120,6 +123,7 @@ class Acquisition:
                 f"but {origin_of(self._camera)} does not switch them; name a light driver in "
                 f"the profile, as 'illumination: {{driver: {{use: …}}}}'"
             )
+        self.triggers = self._trigger is Trigger.SOFTWARE
         if self._trigger is Trigger.FREE_RUNNING and self._stream is None:
             self._stream = self._begin_stream()
 

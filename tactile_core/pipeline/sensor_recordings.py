@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 from tactile_core.acquisition.acquisition import Acquisition
@@ -53,14 +53,15 @@ class SensorRecordings:
         """Whether every image that arrives is recorded, also those that nobody reads."""
         return self._stream is not None
 
-    @cached_property
+    @property
     def _stream(self) -> StreamingCamera | None:
         """The camera, if it sends images on its own and each is an observation."""
         # loaded already if the camera is one
         from tactile_core.interfaces.streaming.streaming_camera import StreamingCamera
 
-        alone = len(self._acquisition.exposures) == 1
-        return self._camera if alone and isinstance(self._camera, StreamingCamera) else None
+        if self._acquisition.triggers or len(self._acquisition.exposures) > 1:
+            return None
+        return self._camera if isinstance(self._camera, StreamingCamera) else None
 
     def start(
         self,

@@ -16,6 +16,7 @@ from tactile_core.errors import CameraLost, CameraTimeout, DeviceError, InputErr
 from tactile_core.interfaces.camera import Trigger
 from tactile_core.interfaces.device import ConnectedDevice
 from tactile_core.interfaces.illumination import Exposure
+from tactile_core.pipeline.conversion import keep_recording
 from tactile_core.testing.imports import Footprint
 from tactile_genicam import camera as camera_module
 from tactile_genicam import image_source
@@ -80,6 +81,22 @@ def test_each_read_of_a_triggered_camera_shows_the_light_that_is_on() -> None:
                 assert image is not None
                 seen.append((int(image.pixels[0, 0]) - 10) // 40)
         assert seen == [0, 1, 2, 3, 4] * 3
+
+
+@needs_aravis
+def test_a_triggered_camera_is_recorded_as_fast_as_it_takes_images(
+    other: OtherProcess, tmp_path: Path
+) -> None:
+    profile = load_profile(
+        "desktop_three_colour", overrides={"camera": {"address": ADDRESS, "trigger": "software"}}
+    )
+    with open_sensor(profile, timeout_s=PATIENCE_S) as sensor:
+        began_s = time.monotonic()
+        with sensor.record(tmp_path / "images") as recording:
+            for _ in keep_recording(sensor, recording, frames=3, timeout_s=PATIENCE_S):
+                pass
+    assert recording.images == 3
+    assert time.monotonic() - began_s < PATIENCE_S
 
 
 @needs_aravis

@@ -7,8 +7,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tactile_core.acquisition.devices import make_lights, read_reference
+from tactile_core.acquisition.devices import make_lights
 from tactile_core.interfaces.simulator import Simulator
+from tactile_core.pipeline.playback import read_reference
 from tactile_core.recordings.recording import open_recording
 from tactile_core.testing.checks import Suite, check
 from tactile_core.testing.differences import difference, report, report_errors

@@ -42,7 +42,7 @@ def contact_mask(
     - large: at least ``min_area_mm2``, and so is its flank, so that specks are left out.
 
     The noise comes from the map itself: that of the height from the pixels below the rest surface,
-    where there is no contact, up to a tenth of the greatest height; that of the slope from its
+    where there is no contact, up to a twentieth of the greatest height; that of the slope from its
     lower quartile. Without the noise of the slope, 21 % of undeformed surfaces that drift have a
     contact, instead of less than 3 %.
 
@@ -98,7 +98,7 @@ def contact_mask(
     highest_mm = float(coarse.max())
     # [share of the greatest height] The surface beside a wide contact bulges evenly, by up to a
     # third of the depth; this is not noise
-    noise_mm = min(_height_noise(coarse), 0.1 * highest_mm)
+    noise_mm = min(_height_noise(coarse), 0.05 * highest_mm)
     low_mm = max(min_indentation_mm, 2.5 * noise_mm)  # [noise sigmas] higher than this everywhere
     detectable_mm = max(min_indentation_mm, _DETECTION_SIGMAS * noise_mm)
     if highest_mm <= detectable_mm:

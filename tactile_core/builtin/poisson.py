@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveInt
 
 from tactile_core.algorithms.arrays.shrinking import interpolate_cells, refine_cells
 from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
-from tactile_core.algorithms.heights.levelling import set_to_rest
+from tactile_core.algorithms.heights.levelling import SHADOW_SHARE, set_to_rest
 from tactile_core.algorithms.poisson import integrate, integrate_robustly
 from tactile_core.algorithms.poisson.integration import between_cells, height_std
 from tactile_core.algorithms.slopes.slope_grid import SlopeCells
@@ -37,6 +37,16 @@ Levelled = Annotated[
     Field(
         description="Subtract the smooth error of the height that the undeformed part of the gel "
         "surface reveals."
+    ),
+]
+
+ShadowShare = Annotated[
+    float,
+    Field(
+        ge=0,
+        le=1,
+        description="Largest share by which an object's shadow changes the slopes beside it; 0 "
+        "where lights from several directions leave no shadow.",
     ),
 ]
 
@@ -69,6 +79,7 @@ class Poisson(Estimator):
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
         levelled: Levelled = True
+        shadow_share: ShadowShare = SHADOW_SHARE
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
@@ -76,6 +87,7 @@ class Poisson(Estimator):
         self._boundary = options.boundary
         self._drift_slope = options.drift_slope
         self._levelled = options.levelled
+        self._shadow_share = options.shadow_share
         self._levels = ForReference(_levels)
 
     def estimate(
@@ -96,6 +108,7 @@ class Poisson(Estimator):
                 mm_per_px=mm_per_cell,
                 drift_slope=self._drift_slope,
                 levelled=self._levelled,
+                shadow_share=self._shadow_share,
                 thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
             )
         return height_map(height_mm, gradients, self.context, step_px, averaged=slopes.averaged)
@@ -221,6 +234,7 @@ class RobustPoisson(Estimator):
         )
         drift_slope: DriftSlope = DRIFT_SLOPE
         levelled: Levelled = True
+        shadow_share: ShadowShare = SHADOW_SHARE
 
     def __init__(self, options: BaseModel, context: SensorContext) -> None:
         super().__init__(options, context)
@@ -229,6 +243,7 @@ class RobustPoisson(Estimator):
         self._rounds = options.rounds
         self._drift_slope = options.drift_slope
         self._levelled = options.levelled
+        self._shadow_share = options.shadow_share
 
     def estimate(
         self, gradients: Gradients, reference: ReferenceGradients | None = None
@@ -250,6 +265,7 @@ class RobustPoisson(Estimator):
             mm_per_px=gradients.mm_per_px,
             drift_slope=self._drift_slope,
             levelled=self._levelled,
+            shadow_share=self._shadow_share,
             thickness_mm=self.context.gel.thickness_mm or THICKNESS_MM,
         )
         return height_map(height_mm, gradients, self.context)

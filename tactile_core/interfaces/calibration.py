@@ -187,6 +187,7 @@ class SlopeErrors(Artefact):
             ),
             gain_std=self.gain_std,
             correlation_mm=self.correlation_mm,
+            calibrated_slope=float(self.slopes[-1]),
         )
 
     def save(self, directory: Path) -> None:

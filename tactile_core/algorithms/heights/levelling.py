@@ -6,7 +6,6 @@ surface is undeformed its height is known to be 0, which reveals this error.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import hypot
 from typing import NamedTuple
 
@@ -15,8 +14,10 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.regression import quantile
 from tactile_core.algorithms.arrays.shrinking import coarse_size, shrink_image
-from tactile_core.algorithms.arrays.types import Array, Bool, Float32, Float64, from_middle
-from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, THICKNESS_MM, Elastomer
+from tactile_core.algorithms.arrays.types import Array, Bool, Float32, from_middle
+from tactile_core.algorithms.force.elastic_layer import THICKNESS_MM
+from tactile_core.algorithms.heights.loads import explain_by_loads, gather, steps
+from tactile_core.algorithms.poisson.screened import solve_screened
 
 # [share of the greatest height] Lower cells may be undeformed: half-way between the gel and the top
 # of an object; 0.3 to 0.5 give equal heights on recordings (ADR 47)
@@ -24,6 +25,8 @@ _RAISED_SHARE = 0.5
 # [slope] Mean slope of a cell up to which it may be undeformed: 0.03 to 0.06 move peaks by at most
 # 0.2 % of the depth (ADR 47)
 _CALM_SLOPE = 0.04
+
+
 # [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 % of its
 # weight: closer, a gel that is not quite elastic would count as an error; 0.5 to 2 move peaks of
 # virtual objects by at most 0.3 %
@@ -31,9 +34,10 @@ _MARGIN_THICKNESSES = 2.0
 # [gel thicknesses] Length over which an error vanishes in the undeformed part; 0.3 to 2 move peaks
 # of virtual objects by at most 0.4 %
 _DECAY_THICKNESSES = 0.75
-# [gel thicknesses] Undeformed gel that is added around the view, so that periodic images of loads
-# do not reach it: with half as much, peaks are up to 0.4 % lower
-_PADDING_THICKNESSES = 2.0
+# [share of a slope] A shadow changes a slope by at most this much: on virtual rigs by 7 to 15 % in
+# the mean of the gel around a ball. Without a limit, heights are a fifth too low where a gel hugs
+# an object more closely than in theory; with 0.1, virtual balls are 0.5 % higher, with 0.2 lower
+SHADOW_SHARE = 0.15
 
 
 class RestPlane(NamedTuple):
@@ -66,12 +70,13 @@ def set_to_rest(
     mm_per_px: float,
     drift_slope: float = 0.05,
     levelled: bool = True,
+    shadow_share: float = SHADOW_SHARE,
     thickness_mm: float = THICKNESS_MM,
 ) -> None:
     """Set the undeformed surface to 0 in the height that was integrated from these slopes.
 
-    Works in place: subtracts the plane of the undeformed surface, then the smooth error that its
-    undeformed part reveals.
+    Works in place: subtracts the plane of the undeformed surface, then what no load on the rest can
+    have caused, in so far as it is smooth.
 
     Parameters
     ----------
@@ -84,7 +89,10 @@ def set_to_rest(
     drift_slope : float
         Largest tilt that counts as drift; see :func:`fit_rest_plane`.
     levelled : bool
-        Whether to subtract the smooth error; see :func:`estimate_error`.
+        Whether to subtract the smooth error; see
+        :func:`tactile_core.algorithms.heights.loads.explain_by_loads`.
+    shadow_share : float
+        Largest share by which an object's shadow changes the slopes beside it.
     thickness_mm : float
         Thickness of the gel.
     """
@@ -97,10 +105,10 @@ def set_to_rest(
     plane = fit_rest_plane(cells_mm, across, down, cell_mm=cell_mm, drift_slope=drift_slope)
     cells_mm = cells_mm - plane.heights_mm(cells_mm.shape, cell_mm)
     height_mm -= plane.heights_mm(height_mm.shape, (mm_per_px, mm_per_px))
-    if levelled:
-        undeformed = find_undeformed(cells_mm, across - plane.slope_x, down - plane.slope_y)
-        thicknesses = cell_mm[0] / thickness_mm, cell_mm[1] / thickness_mm
-        error_mm = estimate_error(cells_mm, undeformed, thicknesses)
+    slope = np.hypot(across - plane.slope_x, down - plane.slope_y)
+    if levelled and not covers_view(cells_mm, slope):
+        cell = cell_mm[0] / thickness_mm, cell_mm[1] / thickness_mm
+        error_mm = estimate_error(cells_mm, slope, cell, shadow_share)
         height_mm -= cv2.resize(error_mm, (columns, rows), interpolation=cv2.INTER_CUBIC)
 
 
@@ -149,45 +157,69 @@ def fit_rest_plane(
     return RestPlane(*np.linalg.lstsq(products[:3, :3], products[:3, 3], rcond=None)[0].tolist())
 
 
-def find_undeformed(cells_mm: Array, gx: Array, gy: Array) -> Bool:
-    """Find the undeformed cells: they are calm, and low compared with the walls of objects.
+def covers_view(cells_mm: Array, slope: Array) -> bool:
+    """Whether an object covers the view, so that the rest plane is its own.
 
-    The top of an object may be calm, and shear may flatten its wall on one side. It is steep
-    around most of its outline, though, so steep cells reach nearly to its height. Errors of the
-    height are steep nowhere, however high they are.
+    Then steep cells are the walls of its grooves, and lie below the plane. The walls of an object
+    on undeformed gel lie above it.
 
     Parameters
     ----------
-    cells_mm, gx, gy : (h, w)
-        Height above the rest plane and slopes relative to it, means over cells.
+    cells_mm, slope : (h, w)
+        Height above the rest plane and slope relative to it, means over cells.
+    """
+    return bool(cells_mm[slope >= _CALM_SLOPE].sum() < 0)
+
+
+def find_undeformed(cells_mm: Array, slope: Array) -> Bool:
+    """Find the undeformed cells: they are calm, and low compared with the nearest wall.
+
+    The top of an object may be calm, and shear may flatten its wall on one side. It is steep
+    around most of its outline, though, so the steep cells of its wall reach nearly to its height.
+    Errors of the height are steep nowhere, however high they are.
+
+    Parameters
+    ----------
+    cells_mm, slope : (h, w)
+        Height above the rest plane and slope relative to it, means over cells.
 
     Returns
     -------
     (h, w) bool
     """
-    calm: Bool = np.hypot(gx, gy) < _CALM_SLOPE
-    if not calm.all():
-        calm &= cells_mm < _RAISED_SHARE * cells_mm[~calm].max()
-    return calm
+    calm: Bool = slope < _CALM_SLOPE
+    if calm.all():
+        return calm
+    # a wall and the cells that are nearest to it have the same number
+    wall = cv2.distanceTransformWithLabels(
+        calm.view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+    )[1].astype(np.intp)
+    tops_mm = np.full(wall.max() + 1, -np.inf)
+    np.maximum.at(tops_mm, wall[~calm], cells_mm[~calm])
+    low: Bool = cells_mm < _RAISED_SHARE * tops_mm[wall]
+    return calm & low
 
 
-def estimate_error(cells_mm: Array, undeformed: Bool, cell: tuple[float, float]) -> Float32:
+def estimate_error(
+    cells_mm: Array, slope: Array, cell: tuple[float, float], shadow_share: float
+) -> Float32:
     """Estimate the smooth error of heights from what no load can have caused.
 
-    Gel bulges around a contact: where nothing touches it, its height is what the loads of the
-    contacts cause in an elastic layer, and the rest is an error. The height without this error
-    minimises the sum of squares of its slope errors plus that of ``rest / decay`` over the
-    undeformed part: a screened Poisson equation, as in [1]_. So an error vanishes in the undeformed
-    part, and continues smoothly below contacts, whose shape is kept. The undeformed part counts by
-    its distance from what is deformed.
+    Loads on the contacts explain the height in between: where nothing touches the gel, and where
+    its measured slope may be that of a shadow. What they leave unexplained there is an error. The
+    height without this error minimises the sum of squares of its slope errors plus that of
+    ``rest / decay`` over the undeformed part: a screened Poisson equation, as in [1]_. So an error
+    vanishes in the undeformed part, and continues smoothly below contacts, whose shape is kept. The
+    undeformed part counts by its distance from what is deformed.
 
     Parameters
     ----------
-    cells_mm : (h, w)
-        Height above the rest plane, means over cells.
-    undeformed : (h, w) bool
+    cells_mm, slope : (h, w)
+        Height above the rest plane and slope relative to it, means over cells.
     cell : (float, float)
         Height and width of a cell in thicknesses of the gel.
+    shadow_share : float
+        Largest share by which a shadow changes a slope.
 
     Returns
     -------
@@ -199,58 +231,19 @@ def estimate_error(cells_mm: Array, undeformed: Bool, cell: tuple[float, float])
     .. [1] P. Bhat, B. Curless, M. Cohen and C. L. Zitnick, "Fourier analysis of the 2D screened
        Poisson equation for gradient domain problems", ECCV, 2008.
     """
+    undeformed = find_undeformed(cells_mm, slope)
+    explained = explain_by_loads(cells_mm, slope, ~undeformed, cell)
     margins = _distance(undeformed) * (cell[1] / _MARGIN_THICKNESSES)
     weight = (cell[1] / _DECAY_THICKNESSES) ** 2 * -np.expm1(-margins * margins)
-    error_mm = np.zeros(cells_mm.shape)
-    for _ in range(2):  # [rounds] a third moves peaks by at most 0.2 %
-        caused_mm = explain_by_loads(cells_mm - error_mm, ~undeformed, cell)
-        error_mm = solve_screened(weight * (cells_mm - caused_mm), weight)
-    return error_mm.astype(np.float32)
-
-
-def explain_by_loads(cells_mm: Array, loaded: Bool, cell: tuple[float, float]) -> Float64:
-    """Return the part of a height that pressure on some cells causes in an elastic layer.
-
-    The pressure is that which would cause the whole height, as far as it pushes on these cells.
-    Modulus and scale of the layer cancel out.
-
-    Parameters
-    ----------
-    cells_mm : (h, w)
-        Height, positive where pressed.
-    loaded : (h, w) bool
-        Cells that may be pressed.
-    cell : (float, float)
-        Height and width of a cell in thicknesses of the gel.
-
-    Returns
-    -------
-    (h, w) float64
-    """
-    from scipy.fft import irfft2, rfft2
-
-    compliance, size = _compliance(cells_mm.shape, cell)
-    rows, columns = cells_mm.shape
-    pressure = irfft2(rfft2(cells_mm, size) / compliance, size)[:rows, :columns]
-    pushes = np.where(loaded, np.maximum(pressure, 0), 0)
-    return np.asarray(irfft2(rfft2(pushes, size) * compliance, size)[:rows, :columns])
-
-
-@lru_cache(maxsize=16)
-def _compliance(
-    shape: tuple[int, ...], cell: tuple[float, float]
-) -> tuple[Float64, tuple[int, int]]:
-    """Indentation per pressure of a padded grid's waves, as of ``rfft2``, and its size."""
-    from scipy.fft import next_fast_len
-
-    rows, columns = (
-        next_fast_len(side + int(_PADDING_THICKNESSES / length), real=True)
-        for side, length in zip(shape, cell, strict=True)
-    )
-    down = np.fft.fftfreq(rows, cell[0])[:, None]
-    wave = 2 * np.pi * np.hypot(down, np.fft.rfftfreq(columns, cell[1]))
-    layer = Elastomer(thickness_mm=1.0, shear_modulus_mpa=1.0, poisson_ratio=POISSON_RATIO)
-    return layer.compliance(wave).normal, (rows, columns)
+    rest_mm = cells_mm - explained.cells_mm
+    doubt_mm = [
+        (1 - believed) * np.clip(wrong, -abs(shadow_share * step), abs(shadow_share * step))
+        for believed, wrong, step in zip(
+            explained.weights, steps(rest_mm), steps(cells_mm), strict=True
+        )
+    ]
+    source = weight * rest_mm + gather((doubt_mm[0], doubt_mm[1]))
+    return solve_screened(source, weight).astype(np.float32)
 
 
 def _distance(undeformed: Bool) -> Float32:
@@ -258,57 +251,3 @@ def _distance(undeformed: Bool) -> Float32:
     if undeformed.all():
         return np.full(undeformed.shape, np.inf, np.float32)
     return np.asarray(cv2.distanceTransform(undeformed.view(np.uint8), cv2.DIST_L2, 5), np.float32)
-
-
-def solve_screened(source: Array, weight: Array) -> Float64:
-    """Solve ``weight · z − Σ (neighbour − z) = source`` by conjugate gradients.
-
-    It minimises the squared differences of neighbours plus ``weight · (z − source / weight)²``. The
-    preconditioner is the exact solution for the mean weight, by cosine transforms. A banded
-    factorisation takes as long, but starts the threads of LAPACK, which wait for each other for
-    up to a second where other programs are busy.
-
-    Parameters
-    ----------
-    source : (h, w) float64
-    weight : (h, w) float64
-        Not negative.
-
-    Returns
-    -------
-    (h, w) float64
-        z.
-    """
-    (down, of_down), (across, of_across) = (_cosines(n) for n in source.shape)
-    # [weight] no division by zero
-    inverse = 1 / (np.add.outer(of_down, of_across) + max(weight.mean(), 1e-9))
-
-    def precondition(residual: Float64) -> Float64:
-        # for so few cells, products of matrices take a third of the time of fast transforms
-        return np.asarray(down.T @ ((down @ residual @ across.T) * inverse) @ across)
-
-    z, residual = np.zeros(source.shape), source.astype(np.float64)
-    direction = solved = precondition(residual)
-    left = float(np.vdot(residual, solved))
-    enough = 1e-3**2 * left  # [ratio] far below noise
-    for _ in range(30):  # [rounds] contacts take 6 to 9
-        if left <= enough:
-            break
-        neighbours = cv2.Laplacian(direction, -1, ksize=1, borderType=cv2.BORDER_REPLICATE)
-        image = weight * direction - neighbours
-        step = left / float(np.vdot(direction, image))
-        z += step * direction
-        residual -= step * image
-        solved = precondition(residual)
-        before, left = left, float(np.vdot(residual, solved))
-        direction = solved + left / before * direction
-    return z
-
-
-@lru_cache(maxsize=16)
-def _cosines(count: int) -> tuple[Float64, Float64]:
-    """Orthonormal cosines, one a row, and their eigenvalues under ``Σ (z − neighbour)``."""
-    wave = np.pi * np.arange(count) / count
-    rows = np.sqrt(2 / count) * np.cos(np.outer(wave, np.arange(count) + 0.5))
-    rows[0] = np.sqrt(1 / count)
-    return rows, 2 - 2 * np.cos(wave)

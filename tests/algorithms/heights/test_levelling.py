@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 from support.elastic_surface import Object, ball, indent, plate
 
 from tactile_core.algorithms.heights.levelling import (
-    explain_by_loads,
     find_undeformed,
     set_to_rest,
-    solve_screened,
 )
 from tactile_core.algorithms.poisson import integrate
 
@@ -65,7 +63,7 @@ def test_gel_around_a_ball_keeps_its_shape_where_the_border_cuts_it(
 ) -> None:
     truth = pressed(ball(*place, 0.4, 2.5))
     assert truth.min() < -0.015  # it bulges
-    assert np.abs(levelled(truth) - truth).max() < 0.02 * 0.4
+    assert np.abs(levelled(truth) - truth).max() < 0.035 * 0.4
 
 
 @pytest.mark.parametrize("place", WIDE.values(), ids=WIDE)
@@ -127,27 +125,15 @@ def test_a_flat_top_that_fills_half_of_the_image_stays_raised() -> None:
 def test_low_calm_cells_are_undeformed() -> None:
     height = plateau(9.0, 7.0, 0.4, 2.5, 1.0)[::8, ::8]
     gy, gx = np.gradient(height, 8 * MM_PER_PX)
-    found = find_undeformed(height, gx, gy)
+    found = find_undeformed(height, np.hypot(gx, gy))
     assert found[[0, -1], [0, -1]].all()
     assert not found[height > 0.1].any()
 
 
-@pytest.mark.parametrize("thickness_mm", [1.0, 2.0, 4.0])
-def test_loads_on_the_contact_explain_the_whole_surface(thickness_mm: float) -> None:
-    truth = indent(
-        ball(9.0, 7.0, 0.3, 2.5), shape=SHAPE, mm_per_px=MM_PER_PX, thickness_mm=thickness_mm
-    )[::4, ::4]
-    x, y = (axis[::4, ::4] for axis in places())
-    near = np.hypot(x - 9.0, y - 7.0) < 1.5
-    cell = 4 * MM_PER_PX / thickness_mm
-    explained = explain_by_loads(truth, near, (cell, cell))
-    assert explained[near] == pytest.approx(truth[near], abs=0.02 * 0.3)
-    assert explained == pytest.approx(truth, abs=0.02 * 0.3)
-
-
-def test_loads_elsewhere_explain_nothing_of_a_contact() -> None:
-    height = paraboloid(9.0, 7.0)[::8, ::8]
-    assert not explain_by_loads(height, np.zeros(height.shape, bool), (0.24, 0.24)).any()
+def test_a_plate_that_covers_the_view_keeps_its_groove() -> None:
+    groove = np.clip((abs(places()[0] - 9.0) - 0.6) / 0.3, 0, 1)
+    row = levelled(0.4 * groove)[120]
+    assert (row[125] + row[175]) / 2 - row[150] == pytest.approx(0.4, rel=0.01)
 
 
 PRESS = pressed(ball(9.0, 7.0, 0.4, 2.5))
@@ -180,29 +166,3 @@ def test_tiny_images_can_be_levelled(shape: tuple[int, int]) -> None:
     height = np.full(shape, 0.4, np.float32)
     set_to_rest(height, np.zeros_like(height), np.zeros_like(height), mm_per_px=0.1)
     assert height == pytest.approx(np.zeros(shape), abs=1e-6)
-
-
-COARSE = (24, 32)
-
-
-def test_an_even_weight_damps_each_cosine_by_its_own_factor() -> None:
-    k, weight = 3, 0.2
-    wave = np.cos(np.pi * k * (np.arange(COARSE[1]) + 0.5) / COARSE[1]) * np.ones(COARSE)
-    factor = weight / (weight + 2 - 2 * np.cos(np.pi * k / COARSE[1]))
-    found = solve_screened(weight * wave, np.full(COARSE, weight))
-    assert found == pytest.approx(factor * wave, abs=1e-8)
-
-
-def test_an_uneven_weight_is_solved_to_a_thousandth() -> None:
-    rng = np.random.default_rng(0)
-    weight = np.where(rng.random(COARSE) < 0.4, 0.0, 0.3)
-    source = weight * rng.normal(size=COARSE)
-    z = solve_screened(source, weight)
-    padded = np.pad(z, 1, mode="edge")
-    neighbours = padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
-    left = weight * z - (neighbours - 4 * z) - source
-    assert np.linalg.norm(left) < 1e-3 * np.linalg.norm(source)
-
-
-def test_without_weight_and_source_nothing_is_solved() -> None:
-    assert not solve_screened(np.zeros(COARSE), np.zeros(COARSE)).any()

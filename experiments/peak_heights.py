@@ -58,14 +58,15 @@ def peaks(rig: str, seed: int, believed: float = 1.0) -> Iterator[Peak]:
     """Press every object on one unit."""
     unit = VirtualUnit(rig, seed, unit_overrides(rig, seed), believed=believed)
     profile = unit.pipeline.profile
-    context = SensorContext(profile.image, profile.gel)
+    options = Poisson.Options(**profile.estimators["height"].options)
+    step = Poisson(options, SensorContext(profile.image, profile.gel))
     for pressed in objects(np.random.default_rng([11, seed])):
         found = unit.measured(pressed)
         if found is not None:
             height, truth = found
             top_mm = truth.height_mm.max()
             slopes = true_slopes(truth.height_mm, profile.image.mm_per_px)
-            best = Poisson(Poisson.Options(), context).estimate(slopes)
+            best = step.estimate(slopes)
             seen = is_resolved(truth.height_mm, profile)
             ratios = float(height.mm.max() / top_mm), float(best.mm.max() / top_mm)
             yield Peak(rig, pressed.label, seed, *ratios, seen)

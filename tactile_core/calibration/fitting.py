@@ -22,6 +22,7 @@ from tactile_core.calibration.targets import (
 )
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Progress, Silent
+from tactile_core.pipeline.initial_reference import reference_path
 from tactile_core.pipeline.playback import played_back, read_frames, recorded_session
 from tactile_core.plugins.options import calibrator_of, smoothing_px_of
 from tactile_core.profiles.loader import load_profile
@@ -38,7 +39,7 @@ _FEWEST_SHARED = 12
 def calibrate(
     profile: Profile | str | Path,
     presses: Path,
-    reference: Path | None = None,
+    reference: Path | str | None = None,
     *,
     ball_diameter_mm: float | None = None,
     labels: Path | None = None,
@@ -59,9 +60,10 @@ def calibrate(
     presses : Path
         A recording of the ball, pressed somewhere else in each observation, or of a guided
         calibration. With a target: a recording of the single observation that shows it.
-    reference : Path, optional
-        A recording of the undeformed sensor. Default: the reference in the recording of the
-        presses, if a sensor recorded one. A height map as target does not need it: without a
+    reference : Path or "median", optional
+        A recording of the undeformed sensor. ``"median"`` takes the median of the presses, which
+        says how far to trust it. Default: the reference in the recording of the presses, if a
+        sensor recorded one. A height map as target does not need it: without a
         reference, or if the reference is the press itself, the large-scale light of the press is
         used.
     ball_diameter_mm : float, optional
@@ -226,7 +228,7 @@ def calibrate_presses(
 def inputs_of(
     profile: Profile | str | Path,
     presses: Path | None,
-    reference: Path | None,
+    reference: Path | str | None,
     labels: Path | None,
     target: Path | None,
 ) -> Inputs:
@@ -235,7 +237,7 @@ def inputs_of(
         {
             PROFILE: None if isinstance(profile, Profile) else profile,
             "--presses": presses,
-            "--reference": reference,
+            "--reference": reference_path(reference),
             "--labels": labels,
             "--target": target,
         }

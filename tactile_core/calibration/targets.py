@@ -12,6 +12,7 @@ import numpy as np
 from tactile_core.acquisition.acquisition import average
 from tactile_core.acquisition.devices import images_per_observation
 from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.acquisition.median import median_reference
 from tactile_core.algorithms.light.photometric import smooth_background
 from tactile_core.calibration.crew import ALONE, Crew
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of, undeformed_press
@@ -30,6 +31,7 @@ from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.conditioning.gel_check import GelCheck
 from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Press, Progress
+from tactile_core.pipeline.initial_reference import MEDIAN, is_word
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
@@ -69,23 +71,26 @@ class CalibrationTarget(Generic[S]):
 def undeformed_sensor(
     profile: Profile,
     frames: Sequence[Frame],
-    reference: Path | None,
+    reference: Path | str | None,
     target: Path | None,
     own: Reference | None = None,
 ) -> tuple[Reference, tuple[str, ...]]:
-    """Return the reference of the undeformed sensor, and a note if it is derived from the press.
+    """Return the reference of the undeformed sensor, and a note if it is derived from presses.
 
     Raises
     ------
     InputError
         No reference is given, and the target is no height map.
     """
-    given = own if reference is None else average(list(read_frames(profile, reference)))
+    if is_word(reference, MEDIAN):
+        median, note = median_reference(frames)
+        return median, (note,)
+    given = own if reference is None else average(list(read_frames(profile, Path(reference))))
     if not is_height_map(target):
         if given is None:
             raise InputError(
                 "a calibration needs a reference; give --reference, a recording of the undeformed "
-                "sensor"
+                "sensor or 'median', the median of the presses"
             )
         return given, ()
     _check_single(frames)

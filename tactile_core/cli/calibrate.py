@@ -29,8 +29,11 @@ def calibrate(
         bool, typer.Option("--live", help="Be led from press to press by the live image.")
     ] = False,
     reference: Annotated[
-        Path | None,
-        typer.Option(help="Recording of the sensor with no contact; optional with a .tmd target."),
+        str | None,
+        typer.Option(
+            help="Recording of the sensor with no contact, or 'median' of the presses; optional "
+            "with a .tmd target."
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -189,14 +192,14 @@ def calibrate_force(
     from tactile_core.bundles.bundle import check_place, check_serial
     from tactile_core.calibration.force.fitting import calibrate_force as fit
     from tactile_core.cli.output import Bar, table_lines
-    from tactile_core.pipeline.initial_reference import FIRST
+    from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.recordings.inputs import PROFILE, Inputs
 
     if serial:
         check_serial(serial)
     given: dict[str, Path | str | None] = {
         PROFILE: profile,
-        "--reference": None if reference == FIRST else reference,
+        "--reference": reference_path(reference),
         "--weights": weights,
         **{f"--input {number}": path for number, path in enumerate(input, 1)},
         **{f"--forces {number}": path for number, path in enumerate(forces or (), 1)},

@@ -52,7 +52,7 @@ def compare(
     from tactile_core.evaluation.comparison import parse_swap
     from tactile_core.evaluation.comparison.report import comparison_page, comparison_table
     from tactile_core.formats.files import write_atomically
-    from tactile_core.pipeline.initial_reference import FIRST
+    from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.recordings.inputs import PROFILE, Inputs
     from tactile_core.recordings.output_folder import REPORT, OutputFolder
 
@@ -62,7 +62,7 @@ def compare(
         "--input": input,
         "--truth": truth,
         "--bundle": bundle,
-        "--reference": None if reference == FIRST else reference,
+        "--reference": reference_path(reference),
         **{f"--swap {step}": use for step, use in swaps if not use.startswith("{")},
     }
     results = None if out is None else OutputFolder(out, Inputs.from_paths(given))

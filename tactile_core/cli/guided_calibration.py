@@ -24,7 +24,7 @@ def calibrate_live(
     out: Path,
     ball_diameter_mm: float,
     *,
-    reference: Path | None,
+    reference: Path | str | None,
     record: Path | None,
     model: str | None,
     serial: str,

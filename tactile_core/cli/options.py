@@ -18,7 +18,10 @@ Script: TypeAlias = Annotated[
     Path | None, typer.Option(help="With --sim: YAML of the indenter and its motion.")
 ]
 ReferencePath: TypeAlias = Annotated[
-    str | None, typer.Option(help="The sensor with no contact: a path, or 'first'.")
+    str | None,
+    typer.Option(
+        help="The sensor with no contact: a path, 'first' frame, or 'median' of the recording."
+    ),
 ]
 BundlePath: TypeAlias = Annotated[
     Path | None, typer.Option(help="Calibration bundle. Default: the bundle of the unit.")

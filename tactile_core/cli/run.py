@@ -84,7 +84,7 @@ def run(
     """Measure height, contact and the results of all other steps of a profile."""
     from tactile_core.bundles.bundle import default_place
     from tactile_core.errors import InputError
-    from tactile_core.pipeline.initial_reference import FIRST
+    from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.pipeline.opening import open_sensor
     from tactile_core.pipeline.playback import observation_names
     from tactile_core.pipeline.sinks import Sinks
@@ -129,7 +129,7 @@ def run(
     given = {
         PROFILE: profile,
         "--input": recording,
-        "--reference": None if reference == FIRST else reference,
+        "--reference": reference_path(reference),
         "--bundle": bundle,
         "--script": script,
         "--external": external,

@@ -17,8 +17,20 @@ from tactile_core.quantities import Reference
 
 if TYPE_CHECKING:
     from tactile_core.recordings.recorded_source import RecordedSource, Turn
+# Words in place of a reference: the first frame, relative to which every reading is marked, and the
+# median of the recording
+FIRST, MEDIAN = "first", "median"
 
-FIRST = "first"  # Value of `reference`: use the first frame and mark every reading as relative
+
+def is_word(reference: Reference | Path | str | None, word: str) -> bool:
+    """Whether a word was given in place of a reference."""
+    return isinstance(reference, str | Path) and str(reference) == word
+
+
+def reference_path(reference: Path | str | None) -> Path | None:
+    """Return the path of a reference; None for a word or nothing."""
+    is_path = reference is not None and str(reference) not in (FIRST, MEDIAN)
+    return Path(reference) if is_path and reference is not None else None
 
 
 class InitialReference:
@@ -50,7 +62,7 @@ class InitialReference:
     @property
     def is_first(self) -> bool:
         """Whether it is the sensor's first frame."""
-        return isinstance(self._wanted, str | Path) and str(self._wanted) == FIRST
+        return is_word(self._wanted, FIRST)
 
     def known_reference(self) -> Reference | None:
         """Return it, as far as it is known before the sensor is open; a file is read once.

@@ -13,6 +13,7 @@ from tactile_core.bundles.bundle import Bundle, check_serial, default_place
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
+from tactile_core.pipeline.initial_reference import MEDIAN, is_word
 from tactile_core.pipeline.sensor import TIMEOUT_S, Sensor
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -49,9 +50,9 @@ def open_sensor(
         The calibration. Default: the bundle in the user's data directory, if there is one.
     input : path, optional
         A recording to measure instead of the profile's camera.
-    reference : Reference, path or "first", optional
+    reference : Reference, path, "first" or "median", optional
         The undeformed sensor. Default: the bundle's reference. ``"first"`` uses the first frame
-        and marks every reading as relative.
+        and marks every reading as relative, ``"median"`` the median of the recording.
     sim : bool
         Open the virtual sensor: apply the profile's ``sim`` overlay.
     script : path, optional
@@ -109,7 +110,18 @@ def open_sensor(
         bundle = Bundle.load(Path(bundle))
     if gel is not None and bundle is not None:
         bundle.check_gel(gel)
-    return Sensor(
+    note = ""
+    if is_word(reference, MEDIAN):
+        if input is None:
+            raise InputError(
+                "only a recording has a median; give --input, or 'first' as the reference of a "
+                "camera"
+            )
+        from tactile_core.acquisition.median import median_reference
+        from tactile_core.pipeline.playback import read_frames
+
+        reference, note = median_reference(read_frames(resolved, Path(input)))
+    sensor = Sensor(
         resolved,
         bundle,
         reference,
@@ -119,6 +131,8 @@ def open_sensor(
         timeout_s=timeout_s,
         reconnect_s=reconnect_s,
     ).open()
+    sensor.notes += (note,) if note else ()
+    return sensor
 
 
 def _load_profile(

@@ -24,7 +24,7 @@ from tactile_core.pipeline.batch.recording_job import (
     measuring,
     report_failure,
 )
-from tactile_core.pipeline.initial_reference import FIRST
+from tactile_core.pipeline.initial_reference import reference_path
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.pipeline.workers import WorkerProcess, Workers
 from tactile_core.profiles.loader import load_profile
@@ -63,8 +63,8 @@ def plan_jobs(
         raise InputError(f"{', '.join(save)} writes files; name a folder for them")
     if out is not None:
         _check_out(out, inputs, default, reference)
-    if reference is not None and str(reference) != FIRST:
-        reference = Path(reference).absolute()
+    path = reference_path(reference)
+    reference = reference if path is None else path.absolute()
     if not isinstance(profile, Profile) and Path(profile).suffix in (".yaml", ".yml"):
         profile = Path(profile).absolute()
     common: dict[str, Any] = {
@@ -116,7 +116,7 @@ def _check_out(
 ) -> None:
     shared: dict[str, Path | str | None] = {
         "--bundle": bundle,
-        "--reference": None if reference == FIRST else reference,
+        "--reference": reference_path(reference),
     }
     OutputFolder(out, Inputs.from_paths(shared))
     for path in inputs:

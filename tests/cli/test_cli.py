@@ -173,6 +173,14 @@ def test_validate_names_the_property_of_the_gel_that_a_step_needs(tmp_path: Path
     assert "gel.shear_modulus_mpa" in done.stderr
 
 
+def test_validate_accepts_markers_that_are_measured_in_a_reference(tmp_path: Path) -> None:
+    (tmp_path / "dots.yaml").write_text(
+        "extends: hex_fingertip\nname: dots\ngel: {markers: auto}\n"
+    )
+    done = tactile("validate", str(tmp_path / "dots.yaml"))
+    assert done.returncode == 0, done.stderr
+
+
 def test_validate_and_doctor_report_steps_that_form_no_chain(tmp_path: Path) -> None:
     twice = tmp_path / "twice.yaml"
     twice.write_text(

@@ -1,0 +1,57 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import tactile
+
+from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.builtin.cameras.video_nodes import VideoNode, select_node
+from tactile_core.profiles.loader import load_profile
+
+MINI = load_profile("gelsight_mini")
+
+
+def test_a_mini_is_found_by_its_name_among_boards_with_its_usb_id() -> None:
+    mini, board = (
+        VideoNode(f"/dev/{port}", Path(), "0c45:636d", product, serial, port)
+        for port, product, serial in (
+            ("1-1", "GelSight Mini R0B 2BNN-4ZE7", "2BNN4ZE7"),
+            ("1-2", "Arducam_8mp", ""),
+        )
+    )
+    assert MINI.camera.use == "core.uvc"
+    assert select_node([board, mini], product=MINI.camera.options["product"]) is mini
+
+
+def test_the_camera_image_becomes_320_by_240_without_stretching() -> None:
+    geometry = ImageGeometry(MINI.image)
+    size = MINI.camera.options["width_px"], MINI.camera.options["height_px"]
+    assert geometry.apply(np.zeros((*size[::-1], 3), np.uint8)).shape == (240, 320, 3)
+    assert geometry.stretch(size) == pytest.approx(1, abs=0.005)
+
+
+def test_the_view_is_centred_in_the_camera_image() -> None:
+    assert MINI.image.crop is not None
+    x, y, width, height = MINI.image.crop
+    assert (2 * x + width, 2 * y + height) == (3280, 2464)
+
+
+def test_the_marked_gel_differs_in_its_markers_only() -> None:
+    marked = load_profile("gelsight_mini_marked")
+    assert marked.gel == MINI.gel.model_copy(update={"markers": "auto"})
+    assert (marked.image, marked.camera, marked.illumination) == (
+        MINI.image,
+        MINI.camera,
+        MINI.illumination,
+    )
+
+
+@pytest.mark.parametrize("name", ["gelsight_mini", "gelsight_mini_marked"])
+def test_the_virtual_mini_needs_no_device(name: str) -> None:
+    done = tactile("run", name, "--sim", "--reference", "first", "--frames", 3, "--json")
+    assert done.returncode == 0, done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [line["sequence"] for line in lines] == [0, 1, 2]
+    if name == "gelsight_mini_marked":
+        assert {line["markers"]["expected"] for line in lines} == {70}

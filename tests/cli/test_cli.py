@@ -1,6 +1,7 @@
 """The fixed contract of the command line."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -162,6 +163,12 @@ def test_a_missing_tare_frame_is_reported(lab: VirtualLab, tmp_path: Path) -> No
     )
     assert done.returncode == 2
     assert "--tare-frame 7" in done.stderr
+
+
+def test_the_columns_of_the_profiles_stand_apart() -> None:
+    rows = tactile("profiles").stdout.splitlines()
+    assert {len(re.split(r" {2,}", row)) for row in rows} == {3}
+    assert "plugin gelsight_mini" in {re.split(r" {2,}", row)[1] for row in rows}
 
 
 def test_validate_names_the_property_of_the_gel_that_a_step_needs(tmp_path: Path) -> None:

@@ -55,3 +55,15 @@ def test_the_virtual_mini_needs_no_device(name: str) -> None:
     assert [line["sequence"] for line in lines] == [0, 1, 2]
     if name == "gelsight_mini_marked":
         assert {line["markers"]["expected"] for line in lines} == {70}
+
+
+@pytest.mark.recordings
+def test_every_dot_of_a_recorded_gel_is_followed(recordings: Path, tmp_path: Path) -> None:
+    cropped = tmp_path / "cropped.yaml"
+    cropped.write_text("extends: gelsight_mini_marked\nname: cropped\nimage: {crop: null}\n")
+    frames = recordings / "markers" / "mini" / "frames"
+    done = tactile("run", cropped, "--input", frames, "--reference", "first", "--json")
+    assert done.returncode == 0, done.stderr
+    markers = [json.loads(line)["markers"] for line in done.stdout.splitlines()]
+    assert {one["expected"] for one in markers} == {70}
+    assert min(one["seen"] for one in markers) >= 65

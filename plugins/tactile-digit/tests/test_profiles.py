@@ -9,9 +9,9 @@ from support.command_line import tactile
 from tactile_core.acquisition.acquisition import Acquisition
 from tactile_core.acquisition.devices import make_devices
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.builtin.cameras.uvc_camera import UvcCamera
 from tactile_core.interfaces.camera import Camera
-from tactile_core.interfaces.device import Options
+from tactile_core.interfaces.device import ConnectedDevice, Options
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Image
 
@@ -42,6 +42,14 @@ class EmulatedDigit(Camera):
         return Image(np.full((*size, 3), 90, np.uint8), sequence=next(self._numbers))
 
 
+def test_a_digit_is_found_by_what_it_is() -> None:
+    selectors = resolve("camera", DIGIT.camera.use).selectors
+    digit = ConnectedDevice("/dev/video0", "DIGIT", "2833:0209", "D20123")
+    other = ConnectedDevice("/dev/video2", "HD Webcam C310", "046d:081b")
+    assert digit.fits(DIGIT.camera.options, selectors)
+    assert not other.fits(DIGIT.camera.options, selectors)
+
+
 def test_the_image_is_turned_as_other_programs_turn_it() -> None:
     sent = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
     expected = cv2.flip(cv2.transpose(sent), 0)
@@ -54,7 +62,6 @@ def test_the_scale_is_one_of_those_that_are_published() -> None:
 
 def test_all_leds_are_on_at_full_brightness_while_frames_arrive_and_off_afterwards() -> None:
     made = make_devices(DIGIT)
-    assert isinstance(made.camera, UvcCamera)
     assert made.driver is not None
     camera = EmulatedDigit()
     made.driver.attach(camera)

@@ -6,22 +6,19 @@ import pytest
 from support.command_line import tactile
 
 from tactile_core.acquisition.geometry import ImageGeometry
-from tactile_core.builtin.cameras.video_nodes import VideoNode, select_node
+from tactile_core.interfaces.device import ConnectedDevice
+from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 
 MINI = load_profile("gelsight_mini")
 
 
 def test_a_mini_is_found_by_its_name_among_boards_with_its_usb_id() -> None:
-    mini, board = (
-        VideoNode(f"/dev/{port}", Path(), "0c45:636d", product, serial, port)
-        for port, product, serial in (
-            ("1-1", "GelSight Mini R0B 2BNN-4ZE7", "2BNN4ZE7"),
-            ("1-2", "Arducam_8mp", ""),
-        )
-    )
-    assert MINI.camera.use == "core.uvc"
-    assert select_node([board, mini], product=MINI.camera.options["product"]) is mini
+    mini = ConnectedDevice("/dev/video0", "GelSight Mini R0B 2BNN-4ZE7", "0c45:636d", "2BNN4ZE7")
+    board = ConnectedDevice("/dev/video2", "USB Camera", "0c45:636d")
+    selectors = resolve("camera", MINI.camera.use).selectors
+    assert mini.fits(MINI.camera.options, selectors)
+    assert not board.fits(MINI.camera.options, selectors)
 
 
 def test_the_camera_image_becomes_320_by_240_without_stretching() -> None:

@@ -17,6 +17,8 @@ ELSEWHERE = {
     "reference/changelog.md": "CHANGELOG.md",
     "reference/rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
     "reference/rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
+    "reference/rigs/gelsight-mini.md": "plugins/tactile-gelsight-mini/README.md",
+    "reference/rigs/digit.md": "plugins/tactile-digit/README.md",
     "reference/rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }
 """Pages whose file is outside ``docs``."""

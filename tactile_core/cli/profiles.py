@@ -29,8 +29,11 @@ def profiles(as_json: AsJson = False) -> None:
         ]
         print_json({"profiles": rows})
         return
+    name_width = max(len(entry.name) for entry in entries)
+    origin_width = max(len(entry.origin) for entry in entries)
     for entry in entries:
-        print_data(f"{entry.name:<28}{entry.origin:<16}{_description(entry.path)}")
+        columns = f"{entry.name:<{name_width}}  {entry.origin:<{origin_width}}"
+        print_data(f"{columns}  {_description(entry.path)}".rstrip())
 
 
 def _description(path: Path) -> str:

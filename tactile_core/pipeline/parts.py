@@ -15,6 +15,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.gel import Markers
 from tactile_core.pipeline.chain import Chain, without_markers
 from tactile_core.pipeline.frame_check import check_pixels
 from tactile_core.pipeline.health import left_out_notes
@@ -54,8 +55,12 @@ def check_steps(profile: Profile) -> None:
     PluginError, ProfileError, InputError
         As for a :class:`Pipeline` of this profile.
     """
-    context = SensorContext(profile.image, profile.gel)
-    chain_of(profile, made_steps(profile, context))
+    gel = profile.gel
+    if gel.markers == "auto":  # without the reference in which they are measured, any size will do
+        mm_per_px = profile.image.mm_per_px
+        stand_in = Markers(pitch_mm=20 * mm_per_px, diameter_mm=8 * mm_per_px)
+        gel = gel.model_copy(update={"markers": stand_in})
+    chain_of(profile, made_steps(profile, SensorContext(profile.image, gel)))
 
 
 def made_steps(profile: Profile, context: SensorContext) -> dict[str, Estimator]:

@@ -1,6 +1,7 @@
 """The fixed contract of the command line."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -164,6 +165,12 @@ def test_a_missing_tare_frame_is_reported(lab: VirtualLab, tmp_path: Path) -> No
     assert "--tare-frame 7" in done.stderr
 
 
+def test_the_columns_of_the_profiles_stand_apart() -> None:
+    rows = tactile("profiles").stdout.splitlines()
+    assert {len(re.split(r" {2,}", row)) for row in rows} == {3}
+    assert "plugin gelsight_mini" in {re.split(r" {2,}", row)[1] for row in rows}
+
+
 def test_validate_names_the_property_of_the_gel_that_a_step_needs(tmp_path: Path) -> None:
     text = "extends: hex_fingertip_force\nname: soft\ngel: {shear_modulus_mpa: null}\n"
     (tmp_path / "soft.yaml").write_text(text)
@@ -171,6 +178,14 @@ def test_validate_names_the_property_of_the_gel_that_a_step_needs(tmp_path: Path
     assert done.returncode == 2
     assert "soft.yaml: core.force_elastic needs" in done.stderr
     assert "gel.shear_modulus_mpa" in done.stderr
+
+
+def test_validate_accepts_markers_that_are_measured_in_a_reference(tmp_path: Path) -> None:
+    (tmp_path / "dots.yaml").write_text(
+        "extends: hex_fingertip\nname: dots\ngel: {markers: auto}\n"
+    )
+    done = tactile("validate", str(tmp_path / "dots.yaml"))
+    assert done.returncode == 0, done.stderr
 
 
 def test_validate_and_doctor_report_steps_that_form_no_chain(tmp_path: Path) -> None:

@@ -71,9 +71,14 @@ def test_each_wheel_is_typed_and_carries_no_tests(wheels: list[Path]) -> None:
         assert not [name for name in names if name.startswith("tests/") or "/tests/" in name]
 
 
-def test_the_shipped_profiles_come_with_the_core(installed: Path) -> None:
+def test_profiles_come_with_the_core_and_with_the_packages_of_sensors(installed: Path) -> None:
     entries = json.loads(tactile(installed, "profiles", "--json"))["profiles"]
-    assert {Path(entry["path"]).parent for entry in entries} == {installed / "sensor_profiles"}
+    packaged = {path.parent for path in ROOT.glob("plugins/*/tactile_*/profiles/*.yaml")}
+    folders = {installed / folder.relative_to(folder.parents[1]) for folder in packaged}
+    assert {Path(entry["path"]).parent for entry in entries} == {
+        installed / "sensor_profiles",
+        *folders,
+    }
     tactile(installed, "validate", *(entry["name"] for entry in entries))
 
 

@@ -1,8 +1,8 @@
 """Networks of gs_sdk and of gsrobotics: the colour and position of a pixel give its slopes.
 
-Both are perceptrons of four layers, ``fc1`` to ``fc4``, with ReLU between them, whose inputs are the
-three colours in OpenCV's order blue, green, red, as shares of the full scale, and the position as a
-share of the image. They differ in width, in the order of the position, and in what they put out.
+Both are perceptrons of four layers, ``fc1`` to ``fc4``, with ReLU between them. Their inputs are the
+three colours in OpenCV's order blue, green, red, as shares of the full scale, and the position as
+shares of the image. They differ in width, in the order of the position, and in what they put out.
 
 References
 ----------
@@ -135,11 +135,11 @@ class ColourNetwork(Calibration):
 
     def _slopes_of(self, image: Frame | Reference) -> Float32:
         height, width, _ = self.shape
-        y, x = np.indices((height, width), np.float32)
+        y, x = (at.astype(np.float32) for at in np.indices((height, width)))
         features = np.empty((5, height, width), np.float32)
         features[:3] = np.moveaxis(image.pixels, 2, 0)[::-1]  # blue, green, red
         features[:3] /= image.full_scale
-        features[3:] = self._order(x / width, y / height)
+        features[3:] = self._order(x / np.float32(width), y / np.float32(height))
         outputs = self.network(features.reshape(5, -1))
         return self._slopes(outputs).reshape(2, height, width)
 
@@ -175,7 +175,9 @@ class AngleNetwork(ColourNetwork):
         return x, y
 
     def _slopes(self, outputs: Float32) -> Float32:
-        steepest = np.float32(np.arctan(STEEPEST))  # beyond a right angle, the tangent would change its sign
+        steepest = np.float32(
+            np.arctan(STEEPEST)
+        )  # beyond a right angle, the tangent would change its sign
         return -np.tan(np.clip(outputs, -steepest, steepest))
 
 
@@ -190,7 +192,7 @@ class NormalNetwork(ColourNetwork):
     def _slopes(self, outputs: Float32) -> Float32:
         # a normal longer than 1 has no component z: what is steeper than we measure
         nz2 = np.maximum(1 - (outputs**2).sum(axis=0), np.float32(1 / (1 + STEEPEST**2)))
-        return -outputs / np.sqrt(nz2)
+        return np.asarray(-outputs / np.sqrt(nz2))
 
 
 class AngleNetworkImporter(Importer):

@@ -1,9 +1,9 @@
 """Tables of 9DTact: the deeper the gel is pressed, the darker is its image.
 
-A sensor's folder has ``Pixel_to_Depth.npy``, the depth in mm for each grey level by which a pixel has
-become darker; ``row_index.npy`` and ``col_index.npy``, from where in the camera's image each pixel of
-the rectified one comes; and ``position_scale.npy``, row and column of the middle of the gel and the
-scale in mm per px of the rectified image.
+A sensor's folder has ``Pixel_to_Depth.npy``, the depth in mm for each grey level by which a pixel
+has become darker; ``row_index.npy`` and ``col_index.npy``, from where in the camera's image each
+pixel of the rectified one comes; and ``position_scale.npy``, row and column of the middle of the
+gel and the scale in mm per px of the rectified image.
 
 References
 ----------
@@ -132,7 +132,11 @@ def _grey(image: Frame | Reference) -> NDArray[np.uint8]:
 
 def _rectification(rows: NDArray[Any], columns: NDArray[Any]) -> Rectification:
     """Check that positions are within an image of their own size; ValueError if they are not."""
-    if rows.ndim != 2 or rows.shape != columns.shape or {rows.dtype.kind, columns.dtype.kind} != {"i"}:
+    if (
+        rows.ndim != 2
+        or rows.shape != columns.shape
+        or {rows.dtype.kind, columns.dtype.kind} != {"i"}
+    ):
         raise ValueError("the positions are no images of whole numbers of one size")
     for positions, size in ((rows, rows.shape[0]), (columns, rows.shape[1])):
         if positions.min() < 0 or positions.max() >= size:
@@ -152,14 +156,14 @@ class DepthTableImporter(Importer):
         depth_mm = _read(path, "Pixel_to_Depth.npy", "f")
         if depth_mm.ndim != 1 or not _LEAST < len(depth_mm) <= 256:
             raise InputError(
-                f"Pixel_to_Depth.npy in {path} is {depth_mm.shape}, not one depth for each of at most "
-                "256 grey levels; give a folder of 9DTact's calibration"
+                f"Pixel_to_Depth.npy in {path} is {depth_mm.shape}, not one depth for each of "
+                "at most 256 grey levels; give a folder of 9DTact's calibration"
             )
         position_scale = _read(path, "position_scale.npy", "f")
         if position_scale.shape != (3,):
             raise InputError(
-                f"position_scale.npy in {path} is {position_scale.shape}, not row, column and scale; "
-                "give a folder of 9DTact's calibration"
+                f"position_scale.npy in {path} is {position_scale.shape}, not row, column and "
+                "scale; give a folder of 9DTact's calibration"
             )
         scale = float(position_scale[2])
         if abs(build.image.mm_per_px - scale) > _SAME_SCALE * scale:
@@ -173,14 +177,14 @@ class DepthTableImporter(Importer):
             rectification = _rectification(*indices)
         except ValueError as error:
             raise InputError(
-                f"row_index.npy and col_index.npy in {path} cannot be used, as {error}; give a folder "
-                "of 9DTact's calibration"
+                f"row_index.npy and col_index.npy in {path} cannot be used, as {error}; give a "
+                "folder of 9DTact's calibration"
             ) from error
         raw = rectification.rows.shape
         if shape[0] > raw[0] or shape[1] > raw[1]:
             raise InputError(
-                f"{path} is of a camera of {raw[1]} × {raw[0]} and the profile {build.name} of larger "
-                f"images, {shape[1]} × {shape[0]}; correct 'image'"
+                f"{path} is of a camera of {raw[1]} × {raw[0]} and the profile {build.name} of "
+                f"larger images, {shape[1]} × {shape[0]}; correct 'image'"
             )
         whole = shape[:2] == raw
         return DepthTable(depth_mm.astype(np.float32), shape, rectification if whole else None)
@@ -191,7 +195,7 @@ def _read(folder: Path, name: str, kind: str) -> NDArray[Any]:
     found = sorted(folder.glob(name)) or sorted(folder.glob(f"*/{name}"))
     if len(found) != 1:
         raise InputError(
-            f"{folder} has {len(found)} files {name}; give the folder of one sensor of 9DTact, with "
-            "Pixel_to_Depth.npy, row_index.npy, col_index.npy and position_scale.npy"
+            f"{folder} has {len(found)} files {name}; give the folder of one sensor of 9DTact, "
+            "with Pixel_to_Depth.npy, row_index.npy, col_index.npy and position_scale.npy"
         )
     return read_npy(found[0], kind)

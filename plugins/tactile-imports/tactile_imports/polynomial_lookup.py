@@ -125,7 +125,8 @@ class _Tile:
         height, width, _ = change.shape
         y, x = np.mgrid[self.rows, self.columns]
         observed = change.reshape(-1, COLOURS)
-        _, near = self._tree.query(observed, k=min(_NEAREST, len(self.candidates)))
+        ranks = range(1, 1 + min(_NEAREST, len(self.candidates)))
+        near = np.asarray(self._tree.query(observed, k=ranks)[1])
         expected = np.einsum(
             "nkct,nt->nkc", self.coefficients[near], place_terms(x, y).reshape(-1, TERMS)
         )

@@ -7,8 +7,8 @@ heights positive where an object presses. The six numbers are the coefficients o
 and 1, positions in px; their sum is the change of a channel against the undeformed surface, on a
 scale of 0 to 255.
 
-Taxim fills the arrays from images in OpenCV's order, so that its ``grad_r`` is blue; Isaac Lab reads
-the same arrays as red, green, blue.
+Taxim fills the arrays from images in OpenCV's order, so that its ``grad_r`` is blue; Isaac Lab
+reads the same arrays as red, green, blue.
 
 References
 ----------
@@ -58,7 +58,7 @@ class PolynomialTable:
     def slopes(self) -> Float32:
         """Return ∂z/∂x and ∂z/∂y in the middle of each bin, (B, B, 2).
 
-        The last bin of tilt begins at a right angle and stands for its beginning; no gel is as steep.
+        The last bin of tilt begins at a right angle and stands for it; no gel is as steep.
         """
         tilt, direction = bin_angles(self.bins)
         steepness = np.tan(tilt)[:, None]
@@ -102,8 +102,8 @@ def read_table(path: Path, order: Order) -> PolynomialTable:
     missing = {"bins", *_ARRAYS} - arrays.keys()
     if missing:
         raise InputError(
-            f"{path} has no {sorted(missing)[0]}; give the polycalib.npz of Taxim, with bins, grad_r, "
-            "grad_g and grad_b"
+            f"{path} has no {sorted(missing)[0]}; give the polycalib.npz of Taxim, with bins, "
+            "grad_r, grad_g and grad_b"
         )
     if arrays["bins"].size != 1 or arrays["bins"].dtype.kind not in "iu":
         raise InputError(f"bins in {path} is no whole number; give the polycalib.npz of Taxim")

@@ -1,8 +1,8 @@
 """Files of PyTorch, read without PyTorch and without running anything that they name.
 
-``torch.save`` writes a zip archive [1]_: ``data.pkl`` is a pickle of the object, in which a tensor is
-a call of ``torch._utils._rebuild_tensor_v2`` with a persistent id, and ``data/KEY`` has the numbers
-of the storage with this key, as raw bytes. A pickle can name any function. This reader knows a
+``torch.save`` writes a zip archive [1]_: ``data.pkl`` is a pickle of the object, in which a tensor
+is a call of ``torch._utils._rebuild_tensor_v2`` with a persistent id, and ``data/KEY`` has the
+numbers of the storage with this key, as raw bytes. A pickle can name any function. This reader knows a
 handful of names and refuses every other.
 
 References
@@ -90,8 +90,8 @@ class _Archive:
         entry = self._archive.getinfo(self._folder + name)
         if entry.file_size > _LARGEST:
             raise InputError(
-                f"{self._path} has {entry.file_size / 1e6:.0f} MB in {name}, too much for a network "
-                "that maps single pixels; give the file of such a network"
+                f"{self._path} has {entry.file_size / 1e6:.0f} MB in {name}, too much for a "
+                "network that maps single pixels; give the file of such a network"
             )
         return self._archive.read(entry)
 

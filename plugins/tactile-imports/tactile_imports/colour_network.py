@@ -1,8 +1,9 @@
 """Networks of gs_sdk and of gsrobotics: the colour and position of a pixel give its slopes.
 
-Both are perceptrons of four layers, ``fc1`` to ``fc4``, with ReLU between them. Their inputs are the
-three colours in OpenCV's order blue, green, red, as shares of the full scale, and the position as
-shares of the image. They differ in width, in the order of the position, and in what they put out.
+Both are perceptrons of four layers, ``fc1`` to ``fc4``, with ReLU between them. Their inputs are
+the three colours in OpenCV's order blue, green, red, as shares of the full scale, and the position
+as shares of the image. They differ in width, in the order of the position, and in what they put
+out.
 
 References
 ----------

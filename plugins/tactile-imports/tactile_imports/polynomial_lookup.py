@@ -132,7 +132,7 @@ class _Tile:
         )
         distance = ((expected - observed[:, None]) ** 2).sum(axis=2)
         best = near[np.arange(len(near)), distance.argmin(axis=1)]
-        return self.candidates[best].reshape(height, width, 2)
+        return np.asarray(self.candidates[best].reshape(height, width, 2))
 
     @cached_property
     def _tree(self) -> KDTree:

@@ -2,8 +2,8 @@
 
 ``torch.save`` writes a zip archive [1]_: ``data.pkl`` is a pickle of the object, in which a tensor
 is a call of ``torch._utils._rebuild_tensor_v2`` with a persistent id, and ``data/KEY`` has the
-numbers of the storage with this key, as raw bytes. A pickle can name any function. This reader knows a
-handful of names and refuses every other.
+numbers of the storage with this key, as raw bytes. A pickle can name any function. This reader
+knows a handful of names and refuses every other.
 
 References
 ----------

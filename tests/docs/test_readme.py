@@ -11,7 +11,6 @@ from support.height_lab import make_height_lab
 from support.pages import ROOT, block, blocks, commands, known_commands
 from support.virtual_lab import VirtualLab
 
-from tactile_core.cli.app import app
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
 from tactile_sim import VirtualStage

@@ -74,9 +74,7 @@ class PolynomialLookup(Calibration):
     def _tiles(self) -> list[_Tile]:
         height, width, _ = self.shape
         kept = _distinct(self.table)
-        slopes = np.concatenate([self.table.slopes()[kept], np.zeros((1, 2), np.float32)])
-        still = np.zeros((1, COLOURS, TERMS))
-        coefficients = np.concatenate([self.table.coefficients[kept], still])
+        coefficients, slopes = self.table.coefficients[kept], self.table.slopes()[kept]
         return [
             _Tile(
                 slice(top, min(top + _TILE_PX, height)),
@@ -125,14 +123,19 @@ class _Tile:
         height, width, _ = change.shape
         y, x = np.mgrid[self.rows, self.columns]
         observed = change.reshape(-1, COLOURS)
+        size = np.linalg.norm(observed, axis=1)
+        # by the triangle inequality, no change is nearest to all that is smaller
+        sought = size >= self._least / 2
+        observed, places = observed[sought], place_terms(x, y).reshape(-1, TERMS)[sought]
         ranks = range(1, 1 + min(_NEAREST, len(self.candidates)))
         near = np.asarray(self._tree.query(observed, k=ranks)[1])
-        expected = np.einsum(
-            "nkct,nt->nkc", self.coefficients[near], place_terms(x, y).reshape(-1, TERMS)
-        )
-        distance = ((expected - observed[:, None]) ** 2).sum(axis=2)
+        expected = np.einsum("nkct,nt->nkc", self.coefficients[near], places)
+        distance = np.linalg.norm(expected - observed[:, None], axis=2)
         best = near[np.arange(len(near)), distance.argmin(axis=1)]
-        return np.asarray(self.candidates[best].reshape(height, width, 2))
+        pressed = distance.min(axis=1) < size[sought]
+        found = np.zeros((height * width, 2), np.float32)
+        found[sought] = np.where(pressed[:, None], self.candidates[best], 0)
+        return found.reshape(height, width, 2)
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -140,6 +143,10 @@ class _Tile:
 
         middle = ((part.start + part.stop - 1) / 2 for part in (self.columns, self.rows))
         return KDTree(self.coefficients @ place_terms(*middle))
+
+    @cached_property
+    def _least(self) -> float:
+        return float(np.linalg.norm(self._tree.data, axis=1).min())
 
 
 def _distinct(table: PolynomialTable) -> Bool:

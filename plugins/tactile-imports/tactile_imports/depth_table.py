@@ -56,6 +56,11 @@ class Rectification:
         """Return the rectified image."""
         return np.asarray(image[self.rows, self.columns])
 
+    @property
+    def seen(self) -> Bool:
+        """(H, W) bool: the pixel comes from the camera's image; others refer to its corner."""
+        return np.asarray((self.rows > 0) | (self.columns > 0))
+
 
 class DepthTable(Calibration):
     """Depth by how much darker than the reference a pixel is.
@@ -88,6 +93,8 @@ class DepthTable(Calibration):
         darker = _grey(reference).astype(np.float32) - _grey(frame)
         if self.rectification is not None:
             valid, darker = map(self.rectification.apply, (valid, darker))
+            valid &= self.rectification.seen
+            darker[~self.rectification.seen] = 0
         signal = darker - _LEAST
         signal[(signal < 0) | (signal >= _MOST)] = 0
         level = np.minimum(signal + _LEAST, len(self.depth_mm) - 1)

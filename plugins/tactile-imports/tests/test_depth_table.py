@@ -90,6 +90,24 @@ def test_heights_are_those_of_the_program(sensor: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(measured(model, image, reference), expected, atol=1e-4)
 
 
+def test_pixels_that_the_camera_does_not_see_are_level_and_not_valid(
+    sensor: Path, tmp_path: Path
+) -> None:
+    for name in ("row", "col"):
+        path = sensor / "camera_calibration" / f"{name}_index.npy"
+        index = np.load(path)
+        index[:, 50:] = 0  # as 9DTact fills them
+        np.save(path, index)
+    image, reference = images()
+    image[0, 0] = 60
+    model = DepthTableImporter().read(sensor, profile_at(tmp_path))
+    frame = Frame(image, CHANNELS, MM_PER_PX)
+    height = model.measure(frame, Reference(reference.astype(np.float32), CHANNELS))
+    assert not height.valid[:, 50:].any()
+    assert height.valid[:, :50].all()
+    np.testing.assert_array_equal(height.mm[:, 60:], 0)
+
+
 def test_an_image_smaller_than_the_camera_s_is_rectified_already(
     sensor: Path, tmp_path: Path
 ) -> None:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes
 
-# [bytes] A hundred times a network that maps one pixel
+# [bytes] Hundreds of times a network that maps single pixels
 _LARGEST = 1 << 24
 
 _STORAGES: Mapping[str, str] = {"FloatStorage": "f4", "DoubleStorage": "f8", "LongStorage": "i8"}

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 ADDED_BY: Mapping[str, str] = {
     "bench": "sim",
     "demo": "sim",
+    "export": "imports",
     "simulate": "sim",
     "train-force": "train",
     "view": "live",

@@ -6,13 +6,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-import typer
 from support.command_line import tactile
 from support.height_lab import make_height_lab
-from support.pages import ROOT, block, blocks, commands
+from support.pages import ROOT, block, blocks, commands, known_commands
 from support.virtual_lab import VirtualLab
 
-from tactile_core.cli.app import app
 from tactile_core.formats.images import write_png
 from tactile_core.profiles.loader import load_profile
 from tactile_sim import VirtualStage
@@ -45,7 +43,7 @@ def test_a_variant_of_a_shipped_rig_is_valid(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.parent.name)
 def test_every_named_command_and_option_exists(page: Path) -> None:
-    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = known_commands()
     for name, *words in commands(page.read_text()):
         options = {option for parameter in known[name].params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options

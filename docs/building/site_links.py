@@ -18,6 +18,8 @@ ELSEWHERE = {
     "reference/rigs/hex-fingertip.md": "plugins/tactile-hex-fingertip/README.md",
     "reference/rigs/baxter-fingertip.md": "plugins/tactile-baxter-fingertip/README.md",
     "reference/rigs/gelsight-mini.md": "plugins/tactile-gelsight-mini/README.md",
+    "reference/rigs/gelsight-wedge.md": "plugins/tactile-gelsight-wedge/README.md",
+    "reference/rigs/gelslim.md": "plugins/tactile-gelslim/README.md",
     "reference/rigs/digit.md": "plugins/tactile-digit/README.md",
     "reference/rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }

@@ -1,0 +1,5 @@
+from tactile_core.testing import PluginConformance
+
+
+class TestGelSightWedge(PluginConformance):
+    plugin = "gelsight_wedge"

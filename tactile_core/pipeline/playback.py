@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 from tactile_core.acquisition.acquisition import Acquisition, average
 from tactile_core.acquisition.devices import images_per_observation, make_devices
-from tactile_core.acquisition.geometry import ImageGeometry
+from tactile_core.acquisition.geometry import ImageGeometry, Size
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.gel import markers_misfit
+from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.recording_writer import RecordedSession
 from tactile_core.profiles.loader import profile_hash
 from tactile_core.profiles.model import Profile
@@ -103,6 +104,9 @@ def played_back(profile: Profile, path: Path) -> Playback:
     if recorded is not None:
         notes = (*check_same_sensor(profile, recorded.session, path), *recorded.notes)
     image = profile.image
+    if recorded is None and recording.crop is None:
+        image, rectified = _as_recorded(profile, recording.size_px, path)
+        notes = (*notes, *rectified)
     if recording.crop is not None:
         image = image.model_copy(update={"crop": recording.crop})
     if recording.mm_per_px is not None:
@@ -136,6 +140,27 @@ def played_back(profile: Profile, path: Path) -> Playback:
     )
     played = profile.model_copy(update={"camera": camera, "image": image})
     return Playback(played, notes, recording.count, recorded)
+
+
+def _as_recorded(
+    profile: Profile, size_px: Size, path: Path
+) -> tuple[ImageSection, tuple[str, ...]]:
+    """Return how to rectify images that another program recorded, and a note if they already are.
+
+    They are if they have the size of the rectified image, and not that which the camera sends.
+    """
+    image = profile.image
+    sent = tuple(profile.camera.options.get(side) for side in ("width_px", "height_px"))
+    done = image.model_copy(
+        update={"crop": None, "flip": "none", "rotate_deg": 0, "lens": None, "warp": None}
+    )
+    rectified = size_px == (image.width_px, image.height_px)
+    if done == image or not rectified or None in sent or size_px == sent:
+        return image, ()
+    return done, (
+        f"{path.name} has images of the rectified {size_px[0]} × {size_px[1]}, not of the camera's "
+        f"{sent[0]} × {sent[1]}, so they are taken as cropped and turned already",
+    )
 
 
 def observation_names(profile: Profile, path: Path) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tactile_core.acquisition.acquisition import average
 from tactile_core.bundles.bundle import Bundle
-from tactile_core.errors import TactileError
+from tactile_core.errors import InputError, TactileError
 from tactile_core.pipeline.frame_check import check_reference
 from tactile_core.pipeline.frame_source import FrameSource
 from tactile_core.pipeline.pipeline import Pipeline
@@ -70,8 +70,13 @@ class InitialReference:
         Raises
         ------
         InputError
-            The file cannot be read.
+            The file cannot be read, or there is no recording whose median is wanted.
         """
+        if is_word(self._wanted, MEDIAN):
+            raise InputError(
+                "only a recording has a median; give --input, or 'first' as the reference of a "
+                "camera"
+            )
         if isinstance(self._wanted, str | Path) and not self.is_first:
             from tactile_core.pipeline.playback import read_reference
 

@@ -111,12 +111,7 @@ def open_sensor(
     if gel is not None and bundle is not None:
         bundle.check_gel(gel)
     note = ""
-    if is_word(reference, MEDIAN):
-        if input is None:
-            raise InputError(
-                "only a recording has a median; give --input, or 'first' as the reference of a "
-                "camera"
-            )
+    if input is not None and is_word(reference, MEDIAN):
         from tactile_core.acquisition.median import median_reference
         from tactile_core.pipeline.playback import read_frames
 

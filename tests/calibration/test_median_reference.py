@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.command_line import tactile
+from support.command_line import refused, tactile
 from support.virtual_lab import BALL_MM, VirtualLab
 
 from tactile_core.calibration.fitting import calibrate
@@ -41,6 +41,11 @@ def test_a_recording_is_measured_relative_to_its_median(lab: VirtualLab) -> None
 def test_a_camera_has_no_median(lab: VirtualLab) -> None:
     with pytest.raises(InputError, match="only a recording has a median; give --input"):
         open_sensor(lab.profile_path, bundle=lab.bundle, reference="median")
+    said = refused(
+        *("calibrate", lab.profile_path, "--live", "--sim", "--reference", "median"),
+        *("--ball-diameter-mm", BALL_MM, "--out", lab.folder / "live"),
+    )
+    assert "only a recording has a median" in said
 
 
 def test_the_commands_take_the_median(lab: VirtualLab, tmp_path: Path) -> None:

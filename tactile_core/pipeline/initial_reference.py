@@ -50,6 +50,11 @@ class InitialReference:
         given: Reference | Path | str | None,
         recorded: RecordedSource | None,
     ) -> None:
+        if is_word(given, MEDIAN):
+            raise InputError(
+                "only a recording has a median; give --input, or 'first' as the reference of a "
+                "camera"
+            )
         self._profile = profile
         self.is_given = given is not None
         self._recorded = recorded
@@ -70,13 +75,8 @@ class InitialReference:
         Raises
         ------
         InputError
-            The file cannot be read, or there is no recording whose median is wanted.
+            The file cannot be read.
         """
-        if is_word(self._wanted, MEDIAN):
-            raise InputError(
-                "only a recording has a median; give --input, or 'first' as the reference of a "
-                "camera"
-            )
         if isinstance(self._wanted, str | Path) and not self.is_first:
             from tactile_core.pipeline.playback import read_reference
 

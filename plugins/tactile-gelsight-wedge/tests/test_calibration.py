@@ -1,40 +1,20 @@
 """Calibrations with the package's profiles, on virtual presses and on recordings."""
 
-import json
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
-from support.command_line import tactile
-
-from tactile_sim import VirtualStage
-from tactile_sim.simulation import press_balls
-
-
-def calibrated(
-    profile: Path | str, presses: Path, reference: Path, ball_mm: float, out: Path
-) -> dict[str, Any]:
-    done = tactile(
-        *("calibrate", profile, "--presses", presses, "--reference", reference),
-        *("--ball-diameter-mm", ball_mm, "--out", out, "--json"),
-    )
-    assert done.returncode == 0, done.stderr
-    report: dict[str, Any] = json.loads(done.stdout)
-    return report
+from support.ball_calibration import calibrated, error_deg, radius_ratio, used, virtually_calibrated
 
 
 @pytest.mark.parametrize("name", ["gelsight_wedge", "gelsight_wedge_unmarked"])
 def test_presses_of_a_virtual_ball_give_its_radius(name: str, tmp_path: Path) -> None:
     rectified = tmp_path / "rectified.yaml"  # virtual images are rectified already
     rectified.write_text(f"extends: {name}\nname: rectified\nimage: {{warp: null}}\n")
-    ball_mm = press_balls(VirtualStage(str(rectified)), tmp_path, count=12)
-    report = calibrated(
-        rectified, tmp_path / "presses", tmp_path / "reference", ball_mm, tmp_path / "bundle"
-    )
-    assert sum(press["used"] for press in report["presses"]) >= 11
-    assert report["held_out"]["normal_error_deg"]["mean"] < 4
-    assert report["held_out"]["sphere_radius_ratio"]["median"] == pytest.approx(1, abs=0.1)
+    report = virtually_calibrated(rectified, tmp_path)
+    assert used(report) >= 11
+    assert error_deg(report) < 4
+    assert radius_ratio(report) == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.recordings
@@ -55,5 +35,5 @@ def test_presses_of_a_real_ball_give_its_radius(
     report = calibrated(
         "gelsight_wedge_portrait", presses, source / reference, 4.84, tmp_path / "bundle"
     )
-    assert sum(press["used"] for press in report["presses"]) >= 40
-    assert report["held_out"]["sphere_radius_ratio"]["median"] == pytest.approx(1, abs=0.1)
+    assert used(report) >= 40
+    assert radius_ratio(report) == pytest.approx(1, abs=0.1)

@@ -25,8 +25,6 @@ _RAISED_SHARE = 0.5
 # [slope] Mean slope of a cell up to which it may be undeformed: 0.03 to 0.06 move peaks by at most
 # 0.2 % of the depth (ADR 47)
 _CALM_SLOPE = 0.04
-
-
 # [gel thicknesses] At this distance from the nearest cell that is deformed, a cell has 63 % of its
 # weight: closer, a gel that is not quite elastic would count as an error; 0.5 to 2 move peaks of
 # virtual objects by at most 0.3 %

@@ -17,6 +17,7 @@ from tactile_core.quantities import Reference
 
 if TYPE_CHECKING:
     from tactile_core.recordings.recorded_source import RecordedSource, Turn
+
 # Words in place of a reference: the first frame, relative to which every reading is marked, and the
 # median of the recording
 FIRST, MEDIAN = "first", "median"
@@ -29,8 +30,9 @@ def is_word(reference: Reference | Path | str | None, word: str) -> bool:
 
 def reference_path(reference: Path | str | None) -> Path | None:
     """Return the path of a reference; None for a word or nothing."""
-    is_path = reference is not None and str(reference) not in (FIRST, MEDIAN)
-    return Path(reference) if is_path and reference is not None else None
+    if reference is None or str(reference) in (FIRST, MEDIAN):
+        return None
+    return Path(reference)
 
 
 class InitialReference:

@@ -104,13 +104,16 @@ class WorkerProcess(Closing):
 
     def close(self) -> None:
         """End the process. One that is at work is interrupted, and may release its resources."""
-        if self._unanswered:
-            self._process.terminate()
-        else:
+        at_work = self._unanswered > 0
+        if not at_work:
             self._close_pipe(self._to)
-        try:
-            self._process.wait(5.0)  # [s] it should release its resources
-        except subprocess.TimeoutExpired:
+        for _ in range(50):  # 5 s in which it should release its resources
+            if at_work:  # again: one that begins to wait just then does not hear the first signal
+                self._process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(0.1)
+                break
+        else:
             self._process.kill()
             self._process.wait()
         # only now: a thread may have waited for an answer
@@ -140,7 +143,7 @@ class _Failure(NamedTuple):
 def serve() -> None:
     """Run one generator for the process at the other end of stdin and stdout."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # releases what the generator holds
+    signal.signal(signal.SIGTERM, _leave)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a plugin's print must not mix with the answers
     with (
@@ -150,6 +153,12 @@ def serve() -> None:
         for answer in answered:
             answers.write(answer)
             answers.flush()
+
+
+def _leave(*_: object) -> None:
+    """End this process in order, so that the generator releases what it holds."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second signal must not cut that short
+    sys.exit(1)
 
 
 def _answer_messages() -> Generator[bytes, None, None]:

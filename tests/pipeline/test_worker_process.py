@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -66,6 +66,19 @@ def tidy_up(place: Path) -> Generator[Any, None, None]:
         place.unlink()
 
 
+def miss_a_signal(place: Path) -> Generator[Any, None, None]:
+    """Wait as one that was signalled between its last instruction and the system's wait."""
+    leave = signal.getsignal(signal.SIGTERM)
+    signal.signal(signal.SIGTERM, lambda *_: signal.signal(signal.SIGTERM, leave))
+    place.touch()
+    try:
+        yield
+        sleep(60)
+    finally:
+        sleep(0.3)  # a longer release is not cut short by further signals
+        place.unlink()
+
+
 def threads() -> Generator[int, None, None]:
     import cv2
 
@@ -118,10 +131,14 @@ def test_an_error_that_cannot_be_pickled_is_reported() -> None:
     assert "keep_to_itself" in str(caught.value.__cause__)
 
 
-@pytest.mark.parametrize("at_work", [True, False])
-def test_it_releases_its_resources_when_it_is_ended(at_work: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("function", "at_work"), [(tidy_up, True), (tidy_up, False), (miss_a_signal, True)]
+)
+def test_it_releases_its_resources_when_it_is_ended(
+    function: Callable[[Path], Generator[Any, None, None]], at_work: bool, tmp_path: Path
+) -> None:
     place = tmp_path / "unfinished"
-    with WorkerProcess(tidy_up, place) as process:
+    with WorkerProcess(function, place) as process:
         process.receive()
         assert place.exists()
         if at_work:

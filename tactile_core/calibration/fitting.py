@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tactile_core.bundles.bundle import check_serial
+from tactile_core.bundles.places import check_serial
 from tactile_core.calibration.crew import Crew
 from tactile_core.calibration.fitted_bundle import GuidedSession, conditioning_for, fitted_bundle
 from tactile_core.calibration.press_search import check_ball

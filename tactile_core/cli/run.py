@@ -82,7 +82,7 @@ def run(
     ] = False,
 ) -> None:
     """Measure height, contact and the results of all other steps of a profile."""
-    from tactile_core.bundles.bundle import default_place
+    from tactile_core.bundles.places import default_place
     from tactile_core.errors import InputError
     from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.pipeline.opening import open_sensor

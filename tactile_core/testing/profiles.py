@@ -12,6 +12,7 @@ from itertools import islice
 
 import numpy as np
 
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
@@ -79,6 +80,28 @@ class ProfileChecks(Suite):
                 why="that folder exists only on one machine",
                 do="put the file next to the profile and use a relative path",
             )
+
+    @check("profile")
+    def test_starting_bundle(self, profile: ProfileFile) -> None:
+        """The starting calibration that it names is one, and measures images of its size."""
+        loaded = self._load_profile(profile)
+        if loaded.starting_bundle is None:
+            return
+        with report_errors(
+            profile,
+            "its starting bundle cannot be used",
+            why="a sensor that is not calibrated cannot be opened",
+            do="make it with 'tactile starting-calibration', and name its folder",
+        ):
+            bundle = Bundle.load(loaded.starting_bundle)
+            bundle.check(loaded)
+        whose = "" if bundle.manifest.starting else "its starting bundle is that of one unit"
+        report(
+            profile,
+            whose,
+            why="every unit would be measured as if it were that one",
+            do="make it with 'tactile starting-calibration'",
+        )
 
     @check("profile")
     def test_pipeline(self, profile: ProfileFile) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tactile_core.bundles.bundle import Bundle, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import default_place
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import HAND_CAMERA
 from tactile_core.pipeline.opening import open_sensor

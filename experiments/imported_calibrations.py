@@ -18,6 +18,7 @@ import numpy as np
 from experiments.press_sets import ROOT, SETS
 from experiments.presses import calibrated
 from experiments.sphere import radius_px
+from tactile_9dtact.depth_table import DepthTableImporter
 from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.imported import import_calibration
 from tactile_core.calibration.press_search import find_presses, light_of, relocate_press
@@ -27,7 +28,6 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, Gradients, HeightMap, Reference
-from tactile_imports.depth_table import DepthTableImporter
 from tactile_imports.polynomial_table import PolynomialTable, place_terms, write_table
 from tactile_imports.table_of_bundle import table_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,17 @@ def test_one_press_measures_other_balls_within_a_twentieth_of_a_millimetre(
         frame = unit.press("sphere", x_mm, y_mm, depth_mm, diameter_mm=diameter_mm)
         error = pipeline.process(frame)[HeightMap].mm - unit.stage.truth().height_mm
         assert np.sqrt(np.mean(error[unit.stage.truth().contact] ** 2)) < 0.05
+
+
+@pytest.mark.parametrize("light", [0.95, 1.02])
+def test_leds_that_drift_after_the_reference_hardly_change_the_depth(light: float) -> None:
+    unit = Unit(0)
+    pipeline = unit.calibrated(one=unit.press("sphere", 1.0, -0.5, 1.2, diameter_mm=BALL_MM))
+    frame = unit.press("sphere", -2.0, 1.5, 1.2, diameter_mm=BALL_MM)
+    pixels = np.clip(np.rint(frame.pixels * light), 0, 255).astype(np.uint8)
+    error = pipeline.process(replace(frame, pixels=pixels))[HeightMap].mm
+    error = error - unit.stage.truth().height_mm
+    assert np.sqrt(np.mean(error[unit.stage.truth().contact] ** 2)) < 0.05
 
 
 def test_the_commands_calibrate_and_score_the_virtual_sensor(tmp_path: Path) -> None:

@@ -46,10 +46,15 @@ from tactile_core.quantities import Bool, Float32, Frame, HeightMap, Reference
 # [ratio] Of the change that channels do not share to the one that they do. Source: white light on
 # a real press has 0.18, coloured light on those of four sensors, real and virtual, at least 0.75
 _MOST_COLOUR = 0.5
+_CELLS = 32, 24  # [count] Columns and rows of the grid on which the drift is estimated
+_FAR = 0.2  # [share] Of the image, farthest from the contacts, where the light is compared
+_MOST_DRIFT = 0.1  # [ratio] A larger change is no drift: a contact that fills the image
 
 
 class Darkness(Calibration):
     """Depth by relative darkening, with the deviation that the presses of the fit showed.
+
+    It compensates the drift of the light itself; see :func:`darkening`.
 
     Parameters
     ----------
@@ -59,6 +64,8 @@ class Darkness(Calibration):
     blur_px : float
         Standard deviation of the smoothing of frame and reference.
     """
+
+    compensation = "none"
 
     def __init__(self, curve: DepthCurve, shape: ImageShape, blur_px: float) -> None:
         self.curve, self.shape, self.blur_px = curve, shape, blur_px
@@ -119,6 +126,7 @@ class DarknessCalibrator(Calibrator):
 
     Options = DarknessOptions
     options: DarknessOptions
+    compensation = "none"
     fits = "heights"
 
     def fit(self, presses: Sequence[Press], reference: Reference) -> Darkness:
@@ -168,7 +176,7 @@ def _check_white(
     """Check that the channels change alike, as under white light."""
     each = np.stack(
         [
-            _relative(*planes, blur_px, press.frame.full_scale)[at]
+            _ratio(*planes, blur_px, press.frame.full_scale)[at]
             for planes in zip(
                 np.moveaxis(press.frame.pixels, 2, 0),
                 np.moveaxis(reference.pixels, 2, 0),
@@ -188,22 +196,39 @@ def _check_white(
 def darkening(frame: Frame, reference: Reference, blur_px: float) -> Float32:
     """Return s = 2 (1 − √q) of the ratio q of frame to reference, (H, W) float32.
 
-    It is 0 where nothing has changed, positive where the frame is darker, and at most 2.
+    It is 0 where nothing has changed, positive where the frame is darker, and at most 2. The drift
+    of the light is compensated.
     """
     mean = frame.pixels.astype(np.float32).mean(axis=2)
-    return _relative(mean, reference.pixels.mean(axis=2), blur_px, frame.full_scale)
+    ratio = _ratio(mean, reference.pixels.mean(axis=2), blur_px, frame.full_scale)
+    return np.asarray(2 - 2 * np.sqrt(ratio / _light_gain(ratio)), np.float32)
 
 
-def _relative(
+def _ratio(
     pixels: NDArray[np.float32], rest: NDArray[np.float32], blur_px: float, full_scale: float
 ) -> Float32:
+    """Return the ratio q of two planes (H, W), smoothed."""
     floor = np.float32(LEVELS.dark_share * full_scale)
     smooth = [
         cv2.GaussianBlur(plane.astype(np.float32), (0, 0), blur_px) if blur_px else plane
         for plane in (pixels, rest)
     ]
     seen, undeformed = (np.maximum(plane, floor) for plane in smooth)
-    return np.asarray(2 - 2 * np.sqrt(seen / undeformed), np.float32)
+    return np.asarray(seen / undeformed, np.float32)
+
+
+def _light_gain(ratio: Float32) -> np.float32:
+    """Return how much brighter the light has become since the reference.
+
+    It shows far from any contact. Nearer the gel bulges, over an area that may be larger than what
+    is left of the image, so that the most frequent change is no change of the light.
+    """
+    cells = cv2.resize(ratio, _CELLS, interpolation=cv2.INTER_AREA)
+    usual = np.median(cells)
+    free = (usual - cells < (usual - cells.min()) / 2).astype(np.uint8)
+    distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    gain = np.median(cells[distance >= np.quantile(distance, 1 - _FAR)])
+    return np.float32(gain if abs(gain - 1) < _MOST_DRIFT else 1)
 
 
 def measurable(frame: Frame) -> Bool:

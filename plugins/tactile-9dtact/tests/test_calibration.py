@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +49,7 @@ class Unit:
 
 @pytest.mark.parametrize("optics", [{}, {"coat": {"absorption_per_mm": 1.0}}])
 @pytest.mark.parametrize("seed", [0, 1])
-def test_one_press_measures_other_balls_within_a_twentieth_of_a_millimetre(
+def test_one_press_measures_other_balls_within_a_fortieth_of_a_millimetre(
     seed: int, optics: dict[str, Any]
 ) -> None:
     unit = Unit(seed, optics)
@@ -63,18 +62,7 @@ def test_one_press_measures_other_balls_within_a_twentieth_of_a_millimetre(
     ):
         frame = unit.press("sphere", x_mm, y_mm, depth_mm, diameter_mm=diameter_mm)
         error = pipeline.process(frame)[HeightMap].mm - unit.stage.truth().height_mm
-        assert np.sqrt(np.mean(error[unit.stage.truth().contact] ** 2)) < 0.05
-
-
-@pytest.mark.parametrize("light", [0.95, 1.02])
-def test_leds_that_drift_after_the_reference_hardly_change_the_depth(light: float) -> None:
-    unit = Unit(0)
-    pipeline = unit.calibrated(one=unit.press("sphere", 1.0, -0.5, 1.2, diameter_mm=BALL_MM))
-    frame = unit.press("sphere", -2.0, 1.5, 1.2, diameter_mm=BALL_MM)
-    pixels = np.clip(np.rint(frame.pixels * light), 0, 255).astype(np.uint8)
-    error = pipeline.process(replace(frame, pixels=pixels))[HeightMap].mm
-    error = error - unit.stage.truth().height_mm
-    assert np.sqrt(np.mean(error[unit.stage.truth().contact] ** 2)) < 0.05
+        assert np.sqrt(np.mean(error[unit.stage.truth().contact] ** 2)) < 0.025
 
 
 def test_the_commands_calibrate_and_score_the_virtual_sensor(tmp_path: Path) -> None:
@@ -134,7 +122,7 @@ def test_the_real_ball_has_its_radius(pictures: Path, images: str) -> None:
 
     found = least_squares(off, [x.mean(), y.mean(), 1.9])
     assert np.sqrt(np.mean(found.fun**2)) < 0.03
-    assert found.x[2] == pytest.approx(1.9, abs=0.1)
+    assert found.x[2] == pytest.approx(1.85, abs=0.1)
 
 
 @pytest.mark.parametrize("images", ["rectify_crop_", ""], ids=["rectified", "of the camera"])
@@ -163,7 +151,7 @@ def test_four_commands_lead_from_images_to_millimetres(pictures: Path, tmp_path:
     assert done.returncode == 0, done.stderr
     done = tactile("run", "9dtact", "--bundle", bundle, "--input", press, "--json")
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["max_height_mm"] == pytest.approx(1.9, abs=0.1)
+    assert json.loads(done.stdout)["max_height_mm"] == pytest.approx(1.85, abs=0.1)
 
 
 def test_exchanged_images_are_one_sentence(pictures: Path, tmp_path: Path) -> None:

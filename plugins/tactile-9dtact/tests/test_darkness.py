@@ -145,17 +145,40 @@ def test_neither_the_brightness_of_the_leds_nor_the_fall_off_of_the_lens_matters
     assert bright[35, 35] == pytest.approx(middle[75, 100], abs=0.03)
 
 
+def plateau(height_mm: float) -> Float32:
+    """Heights of a gel that is level but for a disc in the middle."""
+    y, x = np.indices(SHAPE)
+    inside = np.hypot(x - 100, y - 75) * MM_PER_PX < 3.0
+    return np.where(inside, height_mm, 0).astype(np.float32)
+
+
 def test_gel_that_bulges_is_measured_as_such() -> None:
     model = calibrated(press_of(PRESSED, absorbs))
-    height = model.measure(frame(np.full(SHAPE, -0.2, np.float32), absorbs), reference())
-    assert np.median(height.mm) == pytest.approx(-0.2, abs=0.02)
+    height = model.measure(frame(plateau(-0.2), absorbs), reference())
+    assert height.mm[75, 100] == pytest.approx(-0.2, abs=0.03)
 
 
 def test_deeper_than_the_calibration_is_still_deeper() -> None:
     model = calibrated(press_of(BallPress((100.0, 75.0), BALL_MM, 0.6), absorbs))
     assert (np.diff(model.curve.depth_mm) >= 0).all()
-    deep = model.measure(frame(np.full(SHAPE, 1.5, np.float32), absorbs), reference())
-    assert np.median(deep.mm) == pytest.approx(1.5, abs=0.15)
+    deep = model.measure(frame(plateau(1.5), absorbs), reference())
+    assert deep.mm[75, 100] == pytest.approx(1.5, abs=0.15)
+
+
+@pytest.mark.parametrize("light", [0.95, 1.02])
+def test_leds_that_drift_after_the_reference_do_not_change_the_depth(light: float) -> None:
+    model = calibrated(press_of(PRESSED, absorbs))
+    ball = OTHERS[0]
+    steady, drifted = (
+        model.measure(frame(surface(ball), absorbs, each), reference()).mm for each in (1.0, light)
+    )
+    assert np.sqrt(np.mean((steady - drifted) ** 2)) < 0.03
+
+
+def test_a_contact_that_fills_the_image_is_no_drift() -> None:
+    model = calibrated(press_of(PRESSED, absorbs))
+    height = model.measure(frame(np.full(SHAPE, 0.8, np.float32), absorbs), reference())
+    assert np.median(height.mm) == pytest.approx(0.8, abs=0.1)
 
 
 def test_the_deviation_is_that_of_a_ball_which_is_not_quite_as_the_law() -> None:

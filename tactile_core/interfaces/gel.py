@@ -199,6 +199,11 @@ class Coat(Section):
         description="Light that the gel surface loses per mm of indentation: exp(−absorption · "
         "height) remains. 0 for an opaque coating; sensors that measure darkness have about 1.",
     )
+    scatters: Literal["surface", "volume"] = Field(
+        default="surface",
+        description="Where light turns back to the camera. From the volume of a translucent gel it "
+        "depends on the height alone, by absorption_per_mm, and no slope shades it.",
+    )
     ink: Annotated[float, Field(ge=0, le=100)] | None = Field(
         default=None,
         description="Reflectance of a printed marker relative to the bare gel surface. Default: "

@@ -13,7 +13,6 @@ def tactile_importers() -> Mapping[str, str]:
     return {
         "gs_sdk": "tactile_imports.colour_network:AngleNetworkImporter",
         "gsrobotics": "tactile_imports.colour_network:NormalNetworkImporter",
-        "ninedtact": "tactile_imports.depth_table:DepthTableImporter",
         "taxim": "tactile_imports.polynomial_lookup:TaximImporter",
         "taxim_rgb": "tactile_imports.polynomial_lookup:TaximRgbImporter",
     }
@@ -25,7 +24,6 @@ def tactile_artefacts() -> Mapping[str, str]:
     return {
         "angle_network": "tactile_imports.colour_network:AngleNetwork",
         "normal_network": "tactile_imports.colour_network:NormalNetwork",
-        "depth_table": "tactile_imports.depth_table:DepthTable",
         "polynomial_lookup": "tactile_imports.polynomial_lookup:PolynomialLookup",
     }
 

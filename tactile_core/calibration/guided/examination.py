@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.finder import find_circles
 from tactile_core.algorithms.circles.press import working_scale
-from tactile_core.algorithms.circles.start import Start
+from tactile_core.algorithms.circles.start import Start, darkens
 from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of
@@ -53,7 +53,8 @@ def brightening(press: FoundPress) -> Float64:
     """Return how much brighter some place beside the ball has become.
 
     Light that a slope reflects into the camera is brighter; the shadow of the ball, which may be
-    long, is not.
+    long, is not. Where the image darkens with depth it is how much darker: the gel that a single
+    ball presses aside bulges around it, and is brighter.
 
     Returns
     -------
@@ -63,7 +64,8 @@ def brightening(press: FoundPress) -> Float64:
     """
     assert press.start is not None
     change, ball = press.start.shading.change, press.start.ball
-    brighter = (np.maximum(change.weighted, 0) ** 2).sum(2)
+    sign = np.float32(-1 if darkens([press.start]) else 1)
+    brighter = (np.maximum(sign * change.weighted, 0) ** 2).sum(2)
     # [ball radii] Radius over which the change is averaged. Source: that of the circle search
     # (``START.blur_radii``).
     sigma = 0.35 * ball

@@ -15,8 +15,9 @@ from itertools import count
 
 import cv2
 import numpy as np
+from hardware.camera_model import Control, ControlSet, Mode, Model
 from hardware.plugged import CAMERA, ZOOM
-from hardware.webcam import Control, ControlSet, Mode, Model, Webcam
+from hardware.webcam import Webcam
 
 from tactile_core.profiles.loader import load_profile
 from tactile_sim import VirtualStage

@@ -11,10 +11,11 @@ import sys
 import threading
 
 import numpy as np
+from hardware.camera_model import C310, Mode
 from hardware.cdc_light_box import CdcLightBox
 from hardware.gel_sensors import Shown, digit, gelsight_mini, jpeg
 from hardware.plugged import BOX, DIGITS, FIRST, FPS, HEIGHT, LIT, LIT_SCALE, MINI, WIDTH
-from hardware.webcam import C310, Mode, Webcam
+from hardware.webcam import Webcam
 from support.virtual_bench import COLUMNS, ROWS, Scene, Timing
 from usbip.transport import USBIP
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import count
 from threading import Condition, Thread
-from typing import Any, Literal
+from typing import Any
 
+from hardware.camera_model import ControlSet, Mode, Model
 from hardware.plugged import CAMERA, PROCESSING, ZOOM, numbered, shaded
 from usbip.classes.device.uvc import (
     CS_INTERFACE,
@@ -33,9 +33,6 @@ _GET_LENGTH, _GET_INFO = 0x85, 0x86
 _FIELDS = {0x81: "reported", 0x82: "lowest", 0x83: "highest", 0x84: "step", 0x87: "default"}
 """Requests GET_CUR, GET_MIN, GET_MAX, GET_RES and GET_DEF (UVC 1.0, table A-8)."""
 
-_GET_AND_SET, _CHANGES = 0x03, 0x08
-"""What a control can do, and that the camera itself changes it (UVC 1.0, table 4-3)."""
-
 _BITS = {
     (CAMERA, 0x02): 1,
     (CAMERA, 0x04): 3,
@@ -52,81 +49,6 @@ _SET_INTERFACE, _NO_SPACE = b"\x01\x0b", -28
 _MICROFRAME_S = 125e-6
 _TRANSACTION_BYTES, _TRANSACTIONS = 1024, 3
 """Of an isochronous packet at high speed, at most (USB 2.0, section 5.6.3)."""
-
-
-class Control:
-    """One control of a camera, which clamps what it is set to.
-
-    A camera may report less than it took: ``most_reported`` limits what is read back, and the
-    host then reads it back each time.
-    """
-
-    def __init__(
-        self,
-        size: int,
-        default: int,
-        lowest: int,
-        highest: int,
-        step: int = 1,
-        most_reported: int | None = None,
-    ) -> None:
-        self.size, self.default, self.value = size, default, default
-        self.lowest, self.highest, self.step = lowest, highest, step
-        self._most_reported = highest if most_reported is None else most_reported
-        self.info = _GET_AND_SET if most_reported is None else _GET_AND_SET | _CHANGES
-
-    @property
-    def reported(self) -> int:
-        """What the camera says that its value is."""
-        return min(self.value, self._most_reported)
-
-
-ControlSet = Mapping[tuple[int, int], Control]
-"""Controls by unit and selector."""
-
-
-def webcam_controls() -> ControlSet:
-    """Return exposure, gain and white balance, automatic at first."""
-    return {
-        (CAMERA, 0x02): Control(1, 8, 0, 15, 9),  # exposure mode: aperture priority
-        (CAMERA, 0x04): Control(4, 156, 1, 5000),  # exposure, 100 µs
-        (PROCESSING, 0x04): Control(2, 64, 0, 255),  # gain
-        (PROCESSING, 0x0A): Control(2, 4000, 2800, 6500, 10),  # white balance, K
-        (PROCESSING, 0x0B): Control(1, 1, 0, 1),  # automatic white balance
-    }
-
-
-@dataclass(frozen=True)
-class Mode:
-    """A size of the images, how many a second the camera offers, and what it then sees.
-
-    ``picture`` returns the JPEG, or the bytes of the YUYV image, that begins at a time.
-    """
-
-    width: int
-    height: int
-    rates: tuple[int, ...]
-    picture: Callable[[float], bytes]
-
-    @property
-    def bytes(self) -> int:
-        """Most bytes of an image."""
-        return 2 * self.width * self.height
-
-
-@dataclass(frozen=True)
-class Model:
-    """What a kind of camera is."""
-
-    vendor_id: int
-    product_id: int
-    manufacturer: str
-    product: str
-    format: Literal["mjpeg", "yuyv"] = "mjpeg"
-    controls: Callable[[], ControlSet] = webcam_controls
-
-
-C310 = Model(0x046D, 0x081B, "Logitech", "HD Webcam C310")
 
 
 class Controls(VideoControl):  # type: ignore[misc]

@@ -70,7 +70,8 @@ def calibrate(
         Diameter of the ball in all presses that no ``catalog.csv`` in their folder lists. A
         ``target`` brings its own radius, a guided calibration its ball.
     labels : Path, optional
-        CSV of circles that replace the automatic ones.
+        Circles that replace the automatic ones: a CSV, or a folder; see
+        :func:`~tactile_core.formats.labels.read_labels`.
     target : Path, optional
         A grid of balls (YAML with ``radius`` and circle centres) or a height map (``.tmd``) of the
         surface in the press.

@@ -44,7 +44,10 @@ def calibrate(
         typer.Option(help="Diameter in mm of every ball that no catalog.csv in --presses lists."),
     ] = None,
     labels: Annotated[
-        Path | None, typer.Option(help="CSV with circles that replace the detected ones.")
+        Path | None,
+        typer.Option(
+            help="Circles that replace the detected ones: a CSV, or a folder labelled by gs_sdk."
+        ),
     ] = None,
     target: Annotated[
         Path | None, typer.Option(help="Calibration target: YAML of a ball grid, or .tmd.")

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_9dtact.darkness import measurable
-from tactile_9dtact.npy_file import read_npy
 from tactile_core.errors import InputError
+from tactile_core.formats.npz import read_npy
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.importer import Importer

@@ -15,6 +15,9 @@ def tactile_importers() -> Mapping[str, str]:
         "gsrobotics": "tactile_imports.colour_network:NormalNetworkImporter",
         "taxim": "tactile_imports.polynomial_lookup:TaximImporter",
         "taxim_rgb": "tactile_imports.polynomial_lookup:TaximRgbImporter",
+        "touchnet": "tactile_imports.touch_network:TouchNetworkImporter",
+        "touchnet_bgr": "tactile_imports.touch_network:TouchNetworkBgrImporter",
+        "gelsight_heightmap": "tactile_imports.bin_table:BinTableImporter",
     }
 
 
@@ -25,6 +28,8 @@ def tactile_artefacts() -> Mapping[str, str]:
         "angle_network": "tactile_imports.colour_network:AngleNetwork",
         "normal_network": "tactile_imports.colour_network:NormalNetwork",
         "polynomial_lookup": "tactile_imports.polynomial_lookup:PolynomialLookup",
+        "touch_network": "tactile_imports.touch_network:TouchNetwork",
+        "bin_table": "tactile_imports.bin_table:BinTable",
     }
 
 

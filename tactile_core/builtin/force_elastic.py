@@ -21,7 +21,6 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.estimator import (
-    UNKNOWN_LOAD,
     FittedForce,
     ForceModel,
     ForceSamples,
@@ -37,6 +36,7 @@ from tactile_core.quantities import (
     Wrench,
 )
 from tactile_core.quantities.quantity import grid_of
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 # [count] Cells over the thickness of the gel, which spreads what a load moves: virtual rigs (ADR
 # 73): twice as many change the force of light balls by 1 %, for four times the cells

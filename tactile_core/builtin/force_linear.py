@@ -18,7 +18,6 @@ from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.estimator import (
     COMPONENTS,
-    UNKNOWN_LOAD,
     FittedForce,
     ForceModel,
     ForceSamples,
@@ -33,6 +32,7 @@ from tactile_core.quantities import (
     RelativeLoad,
     Wrench,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 # Features that change sign with the direction of the shear.
 LATERAL = (

@@ -132,9 +132,6 @@ class Estimator(ABC):
 
 COMPONENTS = ("fx_n", "fy_n", "fz_n", "tz_nmm")  # The components of a force, in the order of values
 
-# Standard deviation in N or N·mm of a component that is not measured, and is 0
-UNKNOWN_LOAD = 1e6
-
 
 @dataclass(frozen=True, eq=False)
 class ForceSamples:

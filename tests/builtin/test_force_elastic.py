@@ -11,7 +11,7 @@ import pytest
 
 from tactile_core.builtin.force_elastic import ElasticForce, ElasticForceOptions, GelStiffness
 from tactile_core.errors import CalibrationError, InputError
-from tactile_core.interfaces.estimator import UNKNOWN_LOAD, ForceSamples, SensorContext
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import (
     ContactMask,
@@ -21,6 +21,7 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 from tactile_sim.stage import VirtualStage
 from tactile_sim.truth import TrueState
 

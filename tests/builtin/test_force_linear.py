@@ -19,7 +19,7 @@ from tactile_core.calibration.force.result import held_out_forces, score_forces
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import write_npz
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import UNKNOWN_LOAD, ForceSamples, SensorContext
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.interfaces.gel import Gel
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import (
@@ -29,6 +29,7 @@ from tactile_core.quantities import (
     MarkerField,
     RelativeLoad,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 PX_MM = 0.5
 ROWS, COLUMNS = 24, 32

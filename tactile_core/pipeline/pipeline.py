@@ -92,7 +92,7 @@ class Pipeline:
         self.conditioning = self._parts.conditioning
         self.reference = self._parts.reference
         self.notes = (*of_bundle, *self._parts.notes)
-        # whoever reads a coarse height is told so
+        # each reading says that its height is coarse
         coarse = self.bundle is not None and bool(self.bundle.manifest.starting)
         self._lasting = tuple(of_bundle) if coarse else ()
         self._used = self._tares = False

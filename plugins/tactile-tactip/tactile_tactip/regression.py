@@ -1,87 +1,105 @@
-"""Numbers from the displacement of pins: a quadratic regression that knows its errors."""
+"""Numbers from the displacement of pins: a Gaussian process that knows its errors."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Self
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.regression import degrees, terms
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import CalibrationError
 
-FEWEST = 50  # [count] Fewest presses: with 60 of the recorded ones errors are half as large again
-# [count] Patterns of displacement. Source: recorded presses; with 6 the angle is a third worse,
-# with 24 distance and angle are
-_PATTERNS = 12
-_ORDER = 2  # Source: recorded presses; linear in twice the patterns, the angle is half as large again
+FEWEST = 50  # [count] Fewest presses: errors with 60 of the recorded ones are half as large again
+_MOST = 1000  # [count] More presses are thinned out evenly: time grows with their cube
+# [count] Patterns of displacement. Source: recorded presses, where 5 and 16 are each a sixth worse
+_PATTERNS = 8
 _NOISE_PX = 0.05  # [px] Error of a pin's position: a weaker pattern is not amplified to full size
-_ROUNDS = 10  # [count] 30 give the same
+_LENGTHS = 0.125 * 2.0 ** np.arange(0, 6.5, 0.5)  # [spread of the presses] that are tried
+_NOISES = 10.0 ** np.arange(-5, 1.1, 0.25)  # [variance of the process] that are tried
 _NEIGHBOURS = 1 / 8  # [share of the presses] that tell the size of the errors at one level
-_FLAT = 1e-6  # Precision of the prior of a constant: none
 
 
 @dataclass(frozen=True, eq=False)
 class PinRegression:
-    """A polynomial in the main patterns of displacement, with the covariance of its weights.
+    """A Gaussian process over the main patterns of displacement, one for each number.
 
     Attributes
     ----------
     mean : (P,) float64
         Mean displacement of the fitted presses: x and y of each pin in turn, px.
     patterns : (P, K) float64
-        Principal patterns, scaled to unit variance, 1 / px.
-    weights : (T, M) float64
-        Of each term of the polynomial, for each of M numbers.
-    covariance : (M, T, T) float64
-        Of the weights.
+        Principal patterns, scaled so that the presses spread by 1 in all of them together, 1 / px.
+    places : (N, K) float64
+        The fitted presses in these patterns.
+    values : (N, M) float64
+        Their numbers, scaled.
+    length, amplitude, noise : (M,) float64
+        Of each process: correlation length, variance, and variance of the noise over that.
     levels : (N,) float64
-        Increasing values of the first number, scaled, at which the noise is known.
-    noise : (N, M) float64
-        Variance of each scaled number at these levels.
+        Increasing values of the first number, scaled.
+    excess : (N, M) float64
+        Variance of the errors at these levels over that which the process expects.
     centre, scale : (M,) float64
         Mean and standard deviation of the numbers.
     """
 
     mean: Float64
     patterns: Float64
-    weights: Float64
-    covariance: Float64
-    levels: Float64
+    places: Float64
+    values: Float64
+    length: Float64
+    amplitude: Float64
     noise: Float64
+    levels: Float64
+    excess: Float64
     centre: Float64
     scale: Float64
 
     def __post_init__(self) -> None:
-        (pins, patterns), (count, numbers) = self.patterns.shape, self.weights.shape
+        (pins, patterns), (count, numbers) = self.patterns.shape, self.values.shape
         shapes = {
             "mean": (pins,),
-            "covariance": (numbers, count, count),
-            "levels": (len(self.levels),),
-            "noise": (len(self.levels), numbers),
-            "centre": (numbers,),
-            "scale": (numbers,),
+            "places": (count, patterns),
+            "levels": (count,),
+            "excess": (count, numbers),
+            **dict.fromkeys(("length", "amplitude", "noise", "centre", "scale"), (numbers,)),
         }
         wrong = [name for name, shape in shapes.items() if getattr(self, name).shape != shape]
-        if wrong or len(degrees(patterns, _ORDER)) != count or not len(self.levels):
-            raise ValueError(f"the shape of {', '.join(wrong) or 'weights'} does not match")
-        if not all(np.isfinite(array).all() for array in vars(self).values()):
+        if wrong:
+            raise ValueError(f"the shape of {', '.join(wrong)} does not match")
+        if not all(np.isfinite(array).all() for array in self.arrays().values()):
             raise ValueError("not all numbers are finite")
+        if not all((one > 0).all() for one in (self.length, self.amplitude, self.noise)):
+            raise ValueError("a length or variance is not positive")
 
     def predict(self, moved_px: Float64) -> tuple[Float64, Float64]:
-        """Return the numbers (N, M) of displacements (N, P), and their standard deviations."""
-        given = terms((moved_px - self.mean) @ self.patterns, _ORDER)
-        found = given @ self.weights
-        of_weights = np.einsum("nt,mtu,nu->nm", given, self.covariance, given)
-        std = np.sqrt(of_weights + _at_levels(found[:, 0], self.levels, self.noise))
-        return found * self.scale + self.centre, std * self.scale
+        """Return the numbers (L, M) of displacements (L, P), and their standard deviations."""
+        at = (moved_px - self.mean) @ self.patterns
+        found, variance = np.empty((2, len(at), len(self.scale)))
+        for m, inverse in enumerate(self._inverses):
+            near = _kernel(at, self.places, self.length[m])
+            found[:, m] = near @ (inverse @ self.values[:, m])
+            itself = np.square(at).sum(axis=1) + 1 + self.noise[m]
+            known = np.einsum("ln,nk,lk->l", near, inverse, near)
+            variance[:, m] = self.amplitude[m] * np.maximum(itself - known, self.noise[m])
+        variance *= _at_levels(found[:, 0], self.levels, self.excess)
+        return found * self.scale + self.centre, np.sqrt(variance) * self.scale
+
+    @cached_property
+    def _inverses(self) -> list[Float64]:
+        """(N, N) for each number: the inverse of the covariance over the amplitude."""
+        return [
+            np.linalg.inv(_kernel(self.places, self.places, length) + noise * np.eye(len(self.places)))
+            for length, noise in zip(self.length, self.noise, strict=True)
+        ]
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays for :meth:`from_arrays`, by name."""
-        return dict(vars(self))
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
@@ -92,26 +110,26 @@ class PinRegression:
         KeyError, ValueError
             An array is missing, or does not match the others.
         """
-        names = cls.__dataclass_fields__
-        return cls(**{name: np.asarray(arrays[name], np.float64) for name in names})
+        return cls(**{one.name: np.asarray(arrays[one.name], np.float64) for one in fields(cls)})
 
 
 def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     """Fit the numbers of presses to the displacement of the pins.
 
-    The displacements are reduced to their principal components, and the numbers are a polynomial
-    in these: linear Bayesian regression with one prior for each degree. The strength of the priors
-    maximises the evidence [1]_. The noise differs between presses: a surface that hardly touches
-    moves no pin and leaves its distance open. Its variance is the local mean of the squared
-    residuals, over the presses whose first number is predicted most alike; a residual is corrected
-    for the share of it that the fit has absorbed.
+    The displacements are reduced to their principal components, and each number is a Gaussian
+    process in these: a plane, which extrapolates, and deviations from it over a correlation length.
+    Length, amplitude and noise maximise the evidence ([1]_, section 5.4.1). The errors differ
+    between presses: a surface that hardly touches moves no pin and leaves its distance open. So
+    the variance is scaled by how large the squared errors of left-out presses are, over those that
+    the process expects ([1]_, section 5.4.2), in the mean over the presses whose first number is
+    predicted most alike.
 
     Parameters
     ----------
     moved_px : (N, P) float64
         Displacement of the pins in each press.
     numbers : (N, M) float64
-        What was measured; the noise of all depends on the first.
+        What was measured.
 
     Raises
     ------
@@ -120,64 +138,72 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
 
     References
     ----------
-    .. [1] D. J. C. MacKay, "Bayesian interpolation", Neural Computation 4(3), 1992.
+    .. [1] C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning", MIT
+       Press, 2006.
     """
     if len(moved_px) < FEWEST:
         raise CalibrationError(
             f"{len(moved_px)} presses do not determine a regression; label at least {FEWEST}, "
             f"better 400, at all distances and angles that are to be measured"
         )
+    if len(moved_px) > _MOST:
+        kept = np.linspace(0, len(moved_px) - 1, _MOST).round().astype(np.intp)
+        moved_px, numbers = moved_px[kept], numbers[kept]
     centre, scale = numbers.mean(axis=0), numbers.std(axis=0)
     mean = moved_px.mean(axis=0)
     _, size, across = np.linalg.svd(moved_px - mean, full_matrices=False)
-    size /= np.sqrt(len(moved_px))
+    size = size[:_PATTERNS] / np.sqrt(len(moved_px))
     if not scale.all() or size[0] < _NOISE_PX:
         what = "the pins do not move" if scale.all() else "a label is the same in all of them"
-        raise CalibrationError(f"the presses do not differ: {what}")
-    patterns = across[:_PATTERNS].T / np.hypot(size[:_PATTERNS], _NOISE_PX)
-    given = terms((moved_px - mean) @ patterns, _ORDER)
-    wanted = (numbers - centre) / scale
-    degree = degrees(patterns.shape[1], _ORDER)
-    precision = np.ones((len(scale), _ORDER + 1))
-    precision[:, 0] = _FLAT
-    noise = np.full(wanted.shape, 0.01)  # the first guess; any other ends the same
-    weights, covariance = np.empty((given.shape[1], len(scale))), np.empty(0)
-    for _ in range(_ROUNDS):
-        fits = [
-            _fit_number(given, wanted[:, m], noise[:, m], precision[m], degree)
-            for m in range(len(scale))
-        ]
-        weights = np.stack([fit[0] for fit in fits], axis=1)
-        covariance = np.stack([fit[1] for fit in fits])
-        squares = np.stack([fit[2] for fit in fits], axis=1)
-        precision = np.stack([fit[3] for fit in fits])
-        level = given @ weights[:, 0]
-        levels, known = _local_means(level, squares)
-        noise = _at_levels(level, levels, known)
-    return PinRegression(mean, patterns, weights, covariance, levels, known, centre, scale)
+        raise CalibrationError(f"the presses do not determine a regression: {what}")
+    patterns = across[:_PATTERNS].T / np.hypot(size, _NOISE_PX) / np.sqrt(len(size))
+    places, values = (moved_px - mean) @ patterns, (numbers - centre) / scale
+    best = _most_evident(places, values)
+    expected = np.stack([np.diag(one.inverse) for one in best], axis=1)
+    weights = np.stack([one.inverse @ values[:, m] for m, one in enumerate(best)], axis=1)
+    amplitude = np.array([one.amplitude for one in best])
+    left_out = weights / expected  # the error at a press that the process was not given
+    levels, excess = _local_means(
+        values[:, 0] - left_out[:, 0], left_out**2 * expected / amplitude
+    )
+    length, noise = (np.array([getattr(one, name) for one in best]) for name in ("length", "noise"))
+    return PinRegression(
+        mean, patterns, places, values, length, amplitude, noise, levels, excess, centre, scale
+    )
 
 
-def _fit_number(
-    given: Float64,
-    wanted: Float64,
-    noise: Float64,
-    precision: Float64,
-    degree: NDArray[np.intp],
-) -> tuple[Float64, Float64, Float64, Float64]:
-    """Weights, their covariance, squared residuals and the better precision of the priors."""
-    prior = precision[degree]
-    weighted = given.T / noise
-    covariance = np.linalg.inv(weighted @ given + np.diag(prior))
-    weights = covariance @ (weighted @ wanted)
-    absorbed = np.einsum("nt,tu,nu->n", given, covariance, given) / noise
-    # [share] a press that the fit can follow freely tells nothing
-    squares = (wanted - given @ weights) ** 2 / np.maximum(1 - absorbed, 0.05)
-    determined = 1 - prior * np.diag(covariance)
-    better = precision.copy()
-    for one in range(1, _ORDER + 1):
-        of_degree = degree == one
-        better[one] = determined[of_degree].sum() / max((weights[of_degree] ** 2).sum(), 1e-12)
-    return weights, covariance, squares, better
+class _Process(NamedTuple):
+    """The parameters of one number, and the inverse (N, N) of its covariance over the amplitude."""
+
+    evidence: float
+    length: float
+    noise: float
+    amplitude: float
+    inverse: Float64
+
+
+def _most_evident(places: Float64, values: Float64) -> list[_Process]:
+    """The process of each number with the largest evidence among those that are tried."""
+    best: list[_Process | None] = [None] * values.shape[1]
+    for length in _LENGTHS:
+        size, vectors = np.linalg.eigh(_kernel(places, places, length))
+        along = vectors.T @ values
+        for noise in _NOISES:
+            variance = np.maximum(size, 0) + noise
+            for m, before in enumerate(best):
+                amplitude = float((along[:, m] ** 2 / variance).mean())  # the most evident one
+                evidence = -float(np.log(variance).sum() + len(values) * np.log(amplitude)) / 2
+                if before is None or evidence > before.evidence:
+                    inverse = (vectors / variance) @ vectors.T
+                    best[m] = _Process(evidence, length, noise, amplitude, inverse)
+    return [one for one in best if one is not None]
+
+
+def _kernel(one: Float64, other: Float64, length: float) -> Float64:
+    """(L, N): covariance of a plane and of deviations from it, each with the same amplitude."""
+    product = one @ other.T
+    apart = np.square(one).sum(axis=1)[:, None] + np.square(other).sum(axis=1) - 2 * product
+    return np.asarray(product + np.exp(-np.maximum(apart, 0) / (2 * length**2)))
 
 
 def _local_means(level: Float64, squares: Float64) -> tuple[Float64, Float64]:
@@ -189,8 +215,8 @@ def _local_means(level: Float64, squares: Float64) -> tuple[Float64, Float64]:
     low = np.maximum(np.arange(count) - reach, 0)
     high = np.minimum(np.arange(count) + reach + 1, count)
     means = (sums[high] - sums[low]) / (high - low)[:, None]
-    return level[order], np.maximum(means, 1e-9)
+    return level[order], np.maximum(means, 1e-6)
 
 
-def _at_levels(level: Float64, levels: Float64, noise: Float64) -> Float64:
-    return np.stack([np.interp(level, levels, one) for one in noise.T], axis=1)
+def _at_levels(level: Float64, levels: Float64, excess: Float64) -> Float64:
+    return np.stack([np.interp(level, levels, one) for one in excess.T], axis=1)

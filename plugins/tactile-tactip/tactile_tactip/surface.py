@@ -86,7 +86,7 @@ class SurfaceModel(Quantity, Artefact):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        numbers = self.regression.weights.shape[1]
+        numbers = self.regression.values.shape[1]
         if self.pins_px.shape != (len(self.regression.mean) // 2, 2) or numbers != 2:
             raise ValueError("the regression is of other pins or of other numbers")
 

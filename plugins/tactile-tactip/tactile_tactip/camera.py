@@ -62,6 +62,4 @@ class VirtualTacTip(Camera):
 def plate_at(part: float) -> Plate:
     """Return the plate at a part 0..1 of its motion."""
     press = float(np.sin(np.pi * part) ** 2)
-    return Plate(
-        depth_mm=-3.0 + 6.0 * press, angle_deg=10.0 * press, shear_mm=(press * part, 0.0)
-    )
+    return Plate(depth_mm=-3.0 + 6.0 * press, angle_deg=10.0 * press, shear_mm=(press * part, 0.0))

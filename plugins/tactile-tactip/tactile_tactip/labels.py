@@ -79,8 +79,8 @@ def read_pose_labels(path: Path, columns: Sequence[str] = COLUMNS) -> Labels:
     if missing:
         raise InputError(
             f"{path}:1: column {printable(missing[0])!r} is missing, there are "
-            f"{', '.join(map(printable, there[:12]))}; name those of file, distance in mm and angle "
-            f"in degrees by --columns"
+            f"{', '.join(map(printable, there[:12]))}; name those of file, distance in mm and "
+            f"angle in degrees by --columns"
         )
     file, distance, angle = columns
     poses: dict[str, tuple[float, float]] = {}

@@ -9,11 +9,12 @@ from scipy.optimize import linear_sum_assignment
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.markers.neighbourhood import Neighbourhood
 
-# [pitches] A pin that moves further is not found. Source: on recorded frames they move by up to
-# 1.3 pitches; the wider the gate, the more pins take the wrong detection where one is missing
-_REACH_PITCHES = 2.0
+# [pitches] A pin that moves further is not found. Source: virtual presses; with 2, those that shear
+# by a pitch are confused, with 4 so are pins beside one that is missing
+_REACH_PITCHES = 3.0
 # [spacings] Distance from where its neighbours predict a pin; beyond it another pin is nearer
 _TOLERANCE_SPACINGS = 0.5
+_ROUNDS = 10  # [count] It converges in fewer
 
 
 def match_pins(around: Neighbourhood, reference_px: Array, found_px: Array) -> tuple[Array, Bool]:
@@ -21,8 +22,8 @@ def match_pins(around: Neighbourhood, reference_px: Array, found_px: Array) -> t
 
     All pins of the sensor are always in view, so they are matched together and without earlier
     frames: with the least sum of squared displacements [1]_. A pin may also stay without a match.
-    Neighbours then predict each pin, and the pins are matched once more near their predictions,
-    which corrects the neighbours of a pin that was not detected.
+    Neighbours then predict each pin, and the pins are matched again near their predictions, until
+    nothing changes. This corrects the neighbours of a pin that was not detected.
 
     Parameters
     ----------
@@ -47,9 +48,13 @@ def match_pins(around: Neighbourhood, reference_px: Array, found_px: Array) -> t
     reference_px = np.asarray(reference_px, np.float64)
     found_px = np.asarray(found_px, np.float64).reshape(-1, 2)
     reach_px = np.full(len(reference_px), _REACH_PITCHES * around.pitch_px)
+    tolerance_px = _TOLERANCE_SPACINGS * around.spacing_px
     owner = _assign(reference_px, found_px, reach_px)
-    predicted_px = reference_px + _smooth(around, reference_px, found_px, owner)
-    owner = _assign(predicted_px, found_px, _TOLERANCE_SPACINGS * around.spacing_px)
+    for _ in range(_ROUNDS):
+        predicted_px = reference_px + _smooth(around, reference_px, found_px, owner)
+        before, owner = owner, _assign(predicted_px, found_px, tolerance_px)
+        if np.array_equal(owner, before):
+            break
     seen = owner >= 0
     px = reference_px + _smooth(around, reference_px, found_px, owner)
     px[seen] = found_px[owner[seen]]

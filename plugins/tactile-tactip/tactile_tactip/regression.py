@@ -93,7 +93,9 @@ class PinRegression:
     def _inverses(self) -> list[Float64]:
         """(N, N) for each number: the inverse of the covariance over the amplitude."""
         return [
-            np.linalg.inv(_kernel(self.places, self.places, length) + noise * np.eye(len(self.places)))
+            np.linalg.inv(
+                _kernel(self.places, self.places, length) + noise * np.eye(len(self.places))
+            )
             for length, noise in zip(self.length, self.noise, strict=True)
         ]
 
@@ -163,9 +165,7 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     weights = np.stack([one.inverse @ values[:, m] for m, one in enumerate(best)], axis=1)
     amplitude = np.array([one.amplitude for one in best])
     left_out = weights / expected  # the error at a press that the process was not given
-    levels, excess = _local_means(
-        values[:, 0] - left_out[:, 0], left_out**2 * expected / amplitude
-    )
+    levels, excess = _local_means(values[:, 0] - left_out[:, 0], left_out**2 * expected / amplitude)
     length, noise = (np.array([getattr(one, name) for one in best]) for name in ("length", "noise"))
     return PinRegression(
         mean, patterns, places, values, length, amplitude, noise, levels, excess, centre, scale

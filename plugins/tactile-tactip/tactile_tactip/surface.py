@@ -79,6 +79,7 @@ class SurfaceModel(Quantity, Artefact):
         Of distance in mm and angle in degrees.
     """
 
+    noun: ClassVar[str] = "surface model"
     command: ClassVar[str] = "calibrate-surface"
 
     pins_px: Annotated[Float64, FieldSpec("px", ("pin", "xy"))]

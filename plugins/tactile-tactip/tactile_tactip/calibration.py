@@ -178,8 +178,8 @@ def score_splits(
         held_out, used = np.split(order, [len(order) // 3])
         try:
             model = SurfaceModel.fit(pins_px, moved_px[used], poses[used])
-        except CalibrationError as error:
-            raise CalibrationError(f"two thirds of the presses, for the score: {error}") from error
+        except CalibrationError as why:
+            raise CalibrationError(f"two thirds of the presses, for the score: {why}") from why
         found, std = model.poses(moved_px[held_out])
         errors.append(found - poses[held_out])
         stds.append(std)

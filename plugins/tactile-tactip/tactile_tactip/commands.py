@@ -37,7 +37,7 @@ def calibrate_surface(
 
     if serial:
         check_serial(serial)
-    given = {
+    given: dict[str, Path | str | None] = {
         PROFILE: profile,
         "--input": input,
         "--labels": labels,

@@ -14,8 +14,8 @@ CAMERA_MM = 48.0  # From the lens to the tip
 _RINGS = 6  # Rings of the hexagon around the middle pin: 127 pins
 _PITCH_MM = 2.5  # Along the dome; the corners are then as far from the rim as in real images
 _PIN_MM = 0.3  # Radius of a pin's white tip
-_SOFT_MM = 0.5  # Depth over which the skin bends at the border of the contact
-_BULGE = 0.6  # Skin that is pressed in moves outwards by this share, at a dome radius from the axis
+_SOFT_MM = 0.5  # Depth over which the membrane bends at the border of the contact
+_BULGE = 0.6  # What is pressed in moves outwards by this share, at a dome radius from the axis
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Plate:
     angle_deg : float
         Inclination, positive where the plate is closer to the camera on the right.
     shear_mm : (x, y)
-        How far the plate then moved along the skin.
+        How far the plate then moved along the membrane.
     """
 
     depth_mm: float = -5.0
@@ -67,7 +67,7 @@ def pressed_pins(plate: Plate) -> Float64:
     sticking = (pushed / (pushed + _SOFT_MM))[:, None]
     moved = rest - pushed[:, None] * normal
     moved[:, :2] += outwards + sticking * np.array(plate.shear_mm)
-    return moved
+    return np.asarray(moved, np.float64)
 
 
 def seen_px(pins_mm: Array, image: ImageSection) -> Float64:
@@ -102,7 +102,7 @@ def picture(pins_mm: Array, image: ImageSection, *, number: int, seed: int = 0) 
         away = np.hypot(x[rows, columns] - px, y[rows, columns] - py)
         tip = np.clip(radius + 0.5 - away, 0, 1)
         white[rows, columns] = np.maximum(white[rows, columns], tip)
-    # grey levels of the dark skin, and of the white of the pins above it
+    # grey levels of the dark membrane, and of the white of the pins above it
     shown = light * (14 + 180 * white)
     noise = np.random.default_rng([seed, number + 1]).normal(0, 3, x.shape)  # grey levels
     return np.asarray(np.clip(np.rint(shown + noise), 0, 255), np.uint8)

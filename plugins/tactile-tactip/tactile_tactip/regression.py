@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -14,13 +15,12 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import CalibrationError
 
 FEWEST = 50  # [count] Fewest presses: errors with 60 of the recorded ones are half as large again
-_MOST = 1000  # [count] More presses are thinned out evenly: time grows with their cube
-# [count] Patterns of displacement. Source: recorded presses, where 5 and 16 are each a sixth worse
-_PATTERNS = 8
+_MOST = 800  # [count] More presses are thinned out evenly: time grows with their cube
+_PATTERNS = (4, 6, 8, 12, 16, 24, 32)  # [count] Patterns of displacement that are tried
 _NOISE_PX = 0.05  # [px] Error of a pin's position: a weaker pattern is not amplified to full size
-_LENGTHS = 0.125 * 2.0 ** np.arange(0, 6.5, 0.5)  # [spread of the presses] that are tried
+_LENGTHS = 0.125 * 2.0 ** np.arange(7)  # [spread of the presses] that are tried
 _NOISES = 10.0 ** np.arange(-5, 1.1, 0.25)  # [variance of the process] that are tried
-_NEIGHBOURS = 1 / 8  # [share of the presses] that tell the size of the errors at one level
+_NEIGHBOURS = 1 / 8  # [share of the presses] whose errors give their size at one level
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,15 +30,16 @@ class PinRegression:
     Attributes
     ----------
     mean : (P,) float64
-        Mean displacement of the fitted presses: x and y of each pin in turn, px.
+        Mean displacement of the fitted presses: x and y of each pin, px.
     patterns : (P, K) float64
-        Principal patterns, scaled so that the presses spread by 1 in all of them together, 1 / px.
+        Principal patterns, each scaled so that the presses spread by 1, 1 / px.
     places : (N, K) float64
         The fitted presses in these patterns.
     values : (N, M) float64
         Their numbers, scaled.
-    length, amplitude, noise : (M,) float64
-        Of each process: correlation length, variance, and variance of the noise over that.
+    count, length, amplitude, noise : (M,) float64
+        Of each process: number of patterns, correlation length, variance, and variance of the
+        noise over that.
     levels : (N,) float64
         Increasing values of the first number, scaled.
     excess : (N, M) float64
@@ -51,6 +52,7 @@ class PinRegression:
     patterns: Float64
     places: Float64
     values: Float64
+    count: Float64
     length: Float64
     amplitude: Float64
     noise: Float64
@@ -66,14 +68,16 @@ class PinRegression:
             "places": (count, patterns),
             "levels": (count,),
             "excess": (count, numbers),
-            **dict.fromkeys(("length", "amplitude", "noise", "centre", "scale"), (numbers,)),
+            **dict.fromkeys(("count", "length", "amplitude", "noise"), (numbers,)),
+            **dict.fromkeys(("centre", "scale"), (numbers,)),
         }
         wrong = [name for name, shape in shapes.items() if getattr(self, name).shape != shape]
         if wrong:
             raise ValueError(f"the shape of {', '.join(wrong)} does not match")
         if not all(np.isfinite(array).all() for array in self.arrays().values()):
             raise ValueError("not all numbers are finite")
-        if not all((one > 0).all() for one in (self.length, self.amplitude, self.noise)):
+        positive = self.count, self.length, self.amplitude, self.noise
+        if not all((one > 0).all() for one in positive):
             raise ValueError("a length or variance is not positive")
 
     def predict(self, moved_px: Float64) -> tuple[Float64, Float64]:
@@ -81,9 +85,10 @@ class PinRegression:
         at = (moved_px - self.mean) @ self.patterns
         found, variance = np.empty((2, len(at), len(self.scale)))
         for m, inverse in enumerate(self._inverses):
-            near = _kernel(at, self.places, self.length[m])
+            here, there = (_reduced(one, self.count[m]) for one in (at, self.places))
+            near = _kernel(here, there, self.length[m])
             found[:, m] = near @ (inverse @ self.values[:, m])
-            itself = np.square(at).sum(axis=1) + 1 + self.noise[m]
+            itself = np.square(here).sum(axis=1) + 1 + self.noise[m]
             known = np.einsum("ln,nk,lk->l", near, inverse, near)
             variance[:, m] = self.amplitude[m] * np.maximum(itself - known, self.noise[m])
         variance *= _at_levels(found[:, 0], self.levels, self.excess)
@@ -92,12 +97,12 @@ class PinRegression:
     @cached_property
     def _inverses(self) -> list[Float64]:
         """(N, N) for each number: the inverse of the covariance over the amplitude."""
-        return [
-            np.linalg.inv(
-                _kernel(self.places, self.places, length) + noise * np.eye(len(self.places))
-            )
-            for length, noise in zip(self.length, self.noise, strict=True)
-        ]
+        inverses = []
+        for count, length, noise in zip(self.count, self.length, self.noise, strict=True):
+            places = _reduced(self.places, count)
+            own = noise * np.eye(len(places))
+            inverses.append(np.linalg.inv(_kernel(places, places, length) + own))
+        return inverses
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays for :meth:`from_arrays`, by name."""
@@ -119,8 +124,10 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     """Fit the numbers of presses to the displacement of the pins.
 
     The displacements are reduced to their principal components, and each number is a Gaussian
-    process in these: a plane, which extrapolates, and deviations from it over a correlation length.
-    Length, amplitude and noise maximise the evidence ([1]_, section 5.4.1). The errors differ
+    process in the first of these: a plane, which extrapolates, and deviations from it over a
+    correlation length. Their number, the length, the amplitude and the noise maximise the evidence
+    ([1]_, section 5.4.1): few are enough for small motions, and a contact that wanders over the
+    dome needs many. The errors differ
     between presses: a surface that hardly touches moves no pin and leaves its distance open. So
     the variance is scaled by how large the squared errors of left-out presses are, over those that
     the process expects ([1]_, section 5.4.2), in the mean over the presses whose first number is
@@ -154,11 +161,11 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     centre, scale = numbers.mean(axis=0), numbers.std(axis=0)
     mean = moved_px.mean(axis=0)
     _, size, across = np.linalg.svd(moved_px - mean, full_matrices=False)
-    size = size[:_PATTERNS] / np.sqrt(len(moved_px))
+    size = size[: max(_PATTERNS)] / np.sqrt(len(moved_px))
     if not scale.all() or size[0] < _NOISE_PX:
         what = "the pins do not move" if scale.all() else "a label is the same in all of them"
         raise CalibrationError(f"the presses do not determine a regression: {what}")
-    patterns = across[:_PATTERNS].T / np.hypot(size, _NOISE_PX) / np.sqrt(len(size))
+    patterns = across[: len(size)].T / np.hypot(size, _NOISE_PX)
     places, values = (moved_px - mean) @ patterns, (numbers - centre) / scale
     best = _most_evident(places, values)
     expected = np.stack([np.diag(one.inverse) for one in best], axis=1)
@@ -166,9 +173,19 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     amplitude = np.array([one.amplitude for one in best])
     left_out = weights / expected  # the error at a press that the process was not given
     levels, excess = _local_means(values[:, 0] - left_out[:, 0], left_out**2 * expected / amplitude)
-    length, noise = (np.array([getattr(one, name) for one in best]) for name in ("length", "noise"))
     return PinRegression(
-        mean, patterns, places, values, length, amplitude, noise, levels, excess, centre, scale
+        mean=mean,
+        patterns=patterns,
+        places=places,
+        values=values,
+        count=np.array([one.patterns for one in best], np.float64),
+        length=np.array([one.length for one in best]),
+        amplitude=amplitude,
+        noise=np.array([one.noise for one in best]),
+        levels=levels,
+        excess=excess,
+        centre=centre,
+        scale=scale,
     )
 
 
@@ -176,6 +193,7 @@ class _Process(NamedTuple):
     """The parameters of one number, and the inverse (N, N) of its covariance over the amplitude."""
 
     evidence: float
+    patterns: int
     length: float
     noise: float
     amplitude: float
@@ -185,8 +203,9 @@ class _Process(NamedTuple):
 def _most_evident(places: Float64, values: Float64) -> list[_Process]:
     """The process of each number with the largest evidence among those that are tried."""
     best: list[_Process | None] = [None] * values.shape[1]
-    for length in _LENGTHS:
-        size, vectors = np.linalg.eigh(_kernel(places, places, length))
+    for count, length in product(_PATTERNS, _LENGTHS):
+        reduced = _reduced(places, count)
+        size, vectors = np.linalg.eigh(_kernel(reduced, reduced, length))
         along = vectors.T @ values
         for noise in _NOISES:
             variance = np.maximum(size, 0) + noise
@@ -195,15 +214,20 @@ def _most_evident(places: Float64, values: Float64) -> list[_Process]:
                 evidence = -float(np.log(variance).sum() + len(values) * np.log(amplitude)) / 2
                 if before is None or evidence > before.evidence:
                     inverse = (vectors / variance) @ vectors.T
-                    best[m] = _Process(evidence, length, noise, amplitude, inverse)
+                    best[m] = _Process(evidence, count, length, noise, amplitude, inverse)
     return [one for one in best if one is not None]
+
+
+def _reduced(places: Float64, count: float) -> Float64:
+    """The first patterns alone, scaled so that the presses spread by 1 in all of them together."""
+    return np.asarray(places[:, : int(count)] / np.sqrt(count))
 
 
 def _kernel(one: Float64, other: Float64, length: float) -> Float64:
     """(L, N): covariance of a plane and of deviations from it, each with the same amplitude."""
-    product = one @ other.T
-    apart = np.square(one).sum(axis=1)[:, None] + np.square(other).sum(axis=1) - 2 * product
-    return np.asarray(product + np.exp(-np.maximum(apart, 0) / (2 * length**2)))
+    plane = one @ other.T
+    apart = np.square(one).sum(axis=1)[:, None] + np.square(other).sum(axis=1) - 2 * plane
+    return np.asarray(plane + np.exp(-np.maximum(apart, 0) / (2 * length**2)))
 
 
 def _local_means(level: Float64, squares: Float64) -> tuple[Float64, Float64]:

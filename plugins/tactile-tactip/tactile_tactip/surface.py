@@ -151,7 +151,7 @@ class SurfaceEstimator(Estimator):
         if seen < LEAST_SEEN * len(markers.seen):
             regression = model.regression
             values, std = regression.centre, regression.scale
-            notes = (
+            notes: tuple[str, ...] = (
                 f"{seen} of {len(markers.seen)} pins are too few to measure the surface, so "
                 f"distance and angle are the mean of the labels",
             )

@@ -126,7 +126,8 @@ def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, .
     What is dark in the reference too, such as the corners of a lens, needs no longer exposure.
     """
     # a thresholded image has no exposure: all of its intensities are 0 or full scale
-    if frame.saturated_share + frame.too_dark_share > 1 - 1e-6:
+    shares = frame.saturated_share, frame.too_dark_share
+    if min(shares) > 0 and sum(shares) > 1 - 1e-6:
         return ()
     saturation = saturation_warning(frame)
     warnings = [saturation] if saturation else []

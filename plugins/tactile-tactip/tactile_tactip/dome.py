@@ -62,7 +62,7 @@ def pressed_pins(plate: Plate) -> Float64:
     # the plane touches the sphere where its normal meets it
     beyond = rest @ normal + RADIUS_MM * (normal[2] - 1) + plate.depth_mm
     pushed = _SOFT_MM * np.logaddexp(0, beyond / _SOFT_MM)
-    touched = -RADIUS_MM * np.array([-normal[0], 0.0])
+    touched = RADIUS_MM * normal[:2]
     outwards = _BULGE * pushed[:, None] * (rest[:, :2] - touched) / RADIUS_MM
     sticking = (pushed / (pushed + _SOFT_MM))[:, None]
     moved = rest - pushed[:, None] * normal

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import CalibrationError
 
-FEWEST = 50  # [count] Fewest presses: errors with 60 of the recorded ones are half as large again
+FEWEST = 50  # [count] Fewest presses: 60 of the recorded ones give angles half as well as 400
 _MOST = 800  # [count] More presses are thinned out evenly: time grows with their cube
 _PATTERNS = (4, 6, 8, 12, 16, 24, 32)  # [count] Patterns of displacement that are tried
 _NOISE_PX = 0.05  # [px] Error of a pin's position: a weaker pattern is not amplified to full size

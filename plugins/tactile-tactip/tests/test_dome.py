@@ -37,8 +37,7 @@ def test_no_pin_is_beyond_the_plate() -> None:
         angle = np.deg2rad(angle_deg)
         normal = np.array([np.sin(angle), 0, np.cos(angle)])
         plane = 20 * (1 - normal[2]) - 2.0
-        inside = pressed_pins(Plate(2.0, angle_deg)) - (pressed_pins(Plate(2.0, angle_deg)) - REST)
-        assert (inside @ normal - plane).max() > 1.5  # it was, before the press
+        assert (REST @ normal - plane).max() > 1.5  # some are, before the press
         pushed = pressed_pins(Plate(2.0, angle_deg))
         # bulging to the side of an inclined plate leads beyond it by a little
         assert (pushed @ normal - plane).max() < 0.3

@@ -94,6 +94,12 @@ class PinRegression:
         variance *= _at_levels(found[:, 0], self.levels, self.excess)
         return found * self.scale + self.centre, np.sqrt(variance) * self.scale
 
+    @property
+    def extremes(self) -> tuple[Float64, Float64]:
+        """Smallest and largest of the fitted numbers, (M,) each."""
+        low, high = self.values.min(axis=0), self.values.max(axis=0)
+        return low * self.scale + self.centre, high * self.scale + self.centre
+
     @cached_property
     def _inverses(self) -> list[Float64]:
         """(N, N) for each number: the inverse of the covariance over the amplitude."""

@@ -158,7 +158,7 @@ class SurfaceEstimator(Estimator):
         else:
             moved_px = moved_pins(markers)[self._order_of(model, markers)]
             (values,), (std,) = model.poses(moved_px[None])
-            notes = ()
+            notes = _beyond_labels(model, values, std)
         distance, angle = map(float, values)
         distance_std, angle_std = map(float, std)
         return SurfacePose(distance, distance_std, angle, angle_std, markers.timestamp_s, notes)
@@ -169,6 +169,19 @@ class SurfaceEstimator(Estimator):
             index = order_of_pins(model.pins_px, markers.reference_px.astype(np.float64))
             self._order = kept = _PinOrder(model.pins_px, markers.reference_px, index)
         return kept.index
+
+
+def _beyond_labels(model: SurfaceModel, values: Float64, std: Float64) -> tuple[str, ...]:
+    """Say which number is further from all labels than its deviation."""
+    names = ("distance", "mm"), ("angle", "°")
+    return tuple(
+        f"the {name} is {value:.1f} {unit} and the labels end at {low:.1f} and {high:.1f} {unit}, "
+        f"beyond which it errs by more than its deviation; label presses there, too"
+        for (name, unit), value, one, low, high in zip(
+            names, values, std, *model.regression.extremes, strict=True
+        )
+        if value < low - one or value > high + one
+    )
 
 
 @dataclass(frozen=True, eq=False)

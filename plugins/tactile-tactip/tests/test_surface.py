@@ -80,6 +80,17 @@ def test_with_too_few_pins_it_knows_no_more_than_the_labels(
     assert "100 of 127 pins are too few" in pose.warnings()[0]
 
 
+@pytest.mark.parametrize(
+    ("plate", "what"), [(Plate(4.5, 0.0), "the distance is "), (Plate(3.0, -28.0), "the angle is ")]
+)
+def test_beyond_the_labels_it_warns(
+    model: SurfaceModel, step: SurfaceEstimator, plate: Plate, what: str
+) -> None:
+    assert not step.estimate(model, pins(Plate(2.0, 10.0))).warnings()
+    said = step.estimate(model, pins(plate)).warnings()
+    assert any(one.startswith(what) and "label presses there" in one for one in said)
+
+
 def test_the_pins_of_another_unit_are_refused(model: SurfaceModel, step: SurfaceEstimator) -> None:
     few = pins(Plate(1.0))
     few = MarkerField(few.ids[:91], few.reference_px[:91], few.px[:91], few.seen[:91], 0.153)

@@ -133,11 +133,12 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     process in the first of these: a plane, which extrapolates, and deviations from it over a
     correlation length. Their number, the length, the amplitude and the noise maximise the evidence
     ([1]_, section 5.4.1): few are enough for small motions, and a contact that wanders over the
-    dome needs many. The errors differ
-    between presses: a surface that hardly touches moves no pin and leaves its distance open. So
-    the variance is scaled by how large the squared errors of left-out presses are, over those that
-    the process expects ([1]_, section 5.4.2), in the mean over the presses whose first number is
-    predicted most alike.
+    dome needs many.
+
+    The errors differ between presses: a surface that hardly touches moves no pin and leaves its
+    distance open. So the variance is scaled by the squared errors of left-out presses, over those
+    that the process expects ([1]_, section 5.4.2), in the mean over the presses whose first number
+    is predicted most alike.
 
     Parameters
     ----------
@@ -156,22 +157,13 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
     .. [1] C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning", MIT
        Press, 2006.
     """
-    if len(moved_px) < FEWEST:
-        raise CalibrationError(
-            f"{len(moved_px)} presses do not determine a regression; label at least {FEWEST}, "
-            f"better 400, at all distances and angles that are to be measured"
-        )
     if len(moved_px) > _MOST:
         kept = np.linspace(0, len(moved_px) - 1, _MOST).round().astype(np.intp)
         moved_px, numbers = moved_px[kept], numbers[kept]
     centre, scale = numbers.mean(axis=0), numbers.std(axis=0)
-    mean = moved_px.mean(axis=0)
-    _, size, across = np.linalg.svd(moved_px - mean, full_matrices=False)
-    size = size[: max(_PATTERNS)] / np.sqrt(len(moved_px))
-    if not scale.all() or size[0] < _NOISE_PX:
-        what = "the pins do not move" if scale.all() else "a label is the same in all of them"
-        raise CalibrationError(f"the presses do not determine a regression: {what}")
-    patterns = across[: len(size)].T / np.hypot(size, _NOISE_PX)
+    labels_differ = bool((scale > 1e-9 * (1 + np.abs(centre))).all())  # beyond rounding
+    mean, patterns = _principal_patterns(moved_px)
+    _refuse_undetermined(len(moved_px), pins_move=patterns.size > 0, labels_differ=labels_differ)
     places, values = (moved_px - mean) @ patterns, (numbers - centre) / scale
     best = _most_evident(places, values)
     expected = np.stack([np.diag(one.inverse) for one in best], axis=1)
@@ -193,6 +185,34 @@ def fit_regression(moved_px: Float64, numbers: Float64) -> PinRegression:
         centre=centre,
         scale=scale,
     )
+
+
+def _principal_patterns(moved_px: Float64) -> tuple[Float64, Float64]:
+    """Mean displacement (P,), and the largest patterns about it (P, K) over their size.
+
+    K is 0 where the pins do not move.
+    """
+    mean = moved_px.mean(axis=0)
+    _, size, across = np.linalg.svd(moved_px - mean, full_matrices=False)
+    size = size[: max(_PATTERNS)] / np.sqrt(len(moved_px))
+    if size[0] < _NOISE_PX:
+        size = size[:0]
+    return mean, across[: len(size)].T / np.hypot(size, _NOISE_PX)
+
+
+def _refuse_undetermined(count: int, *, pins_move: bool, labels_differ: bool) -> None:
+    what = ""
+    if count < FEWEST:
+        what = (
+            f"{count} are too few; label at least {FEWEST}, better 400, at all distances and "
+            f"angles that are to be measured"
+        )
+    elif not pins_move:
+        what = "the pins do not move; check that the recording shows presses"
+    elif not labels_differ:
+        what = "a label is the same in all of them; check the columns of the labels"
+    if what:
+        raise CalibrationError(f"the presses do not determine distance and angle: {what}")
 
 
 class _Process(NamedTuple):

@@ -79,7 +79,7 @@ def test_presses_that_do_not_differ_are_refused() -> None:
     with pytest.raises(CalibrationError, match="the pins do not move"):
         fit_regression(np.zeros_like(moved_px), numbers)
     with pytest.raises(CalibrationError, match="a label is the same in all of them"):
-        fit_regression(moved_px, numbers * [1, 0])
+        fit_regression(moved_px, numbers * [1, 0] + [0, 0.1])
 
 
 @pytest.mark.parametrize("name", ["mean", "excess", "noise"])

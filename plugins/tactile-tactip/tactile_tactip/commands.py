@@ -28,7 +28,7 @@ def calibrate_surface(
     as_json: AsJson = False,
 ) -> None:
     """Fit distance and angle of a surface to labelled presses, and score the fit on others."""
-    from tactile_core.bundles.bundle import check_place, check_serial
+    from tactile_core.bundles.places import check_place, check_serial
     from tactile_core.cli.output import Bar, table_lines
     from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.recordings.inputs import PROFILE, Inputs

@@ -93,9 +93,11 @@ def calibrate(
     from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
     from tactile_core.pipeline.workers import available_cores
+    from tactile_core.plugins.options import fittable_calibrator
     from tactile_core.profiles.loader import load_profile
 
     loaded = load_profile(profile)
+    fittable_calibrator(loaded.calibration, model)  # before anything is asked
     if serial:
         check_serial(serial)
     if gel:

@@ -26,6 +26,10 @@ class Markers(Section):
         default="dark",
         description="Whether markers (dots, rings, pins) are darker or brighter than the gel.",
     )
+    count: PositiveInt | None = Field(
+        default=None,
+        description="Number of markers in view; null: as many as fill the image at that pitch.",
+    )
 
     @field_validator("diameter_mm")
     @classmethod

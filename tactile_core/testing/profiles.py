@@ -18,6 +18,7 @@ from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import list_profiles, load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.testing.checks import Suite, check
@@ -108,6 +109,8 @@ class ProfileChecks(Suite):
         """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._load_profile(profile)
         simulator()
+        if calibrator_of(loaded.calibration).refusal:
+            raise CannotCheck("no virtual press of a ball calibrates this sensor")
         if full_rig(loaded) is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
         with report_errors(

@@ -28,7 +28,7 @@ from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import measured_frames
 from tactile_core.errors import CalibrationError, InputError, SequenceError
 from tactile_core.interfaces.calibration import Calibrator
-from tactile_core.plugins.options import calibrator_of, fitted_by
+from tactile_core.plugins.options import fittable_calibrator, fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
@@ -158,7 +158,7 @@ class TouchBench:
         """
         check_ball(ball_diameter_mm, profile)
         _check_slopes(ball_diameter_mm, profile)
-        calibrator = calibrator_of(profile.calibration, model)
+        calibrator = fittable_calibrator(profile.calibration, model)
         return cls(profile, reference, ball_diameter_mm, calibrator)
 
     def prepare_press(self, name: str, frame: Frame) -> FoundPress:

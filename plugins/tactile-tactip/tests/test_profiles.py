@@ -5,6 +5,7 @@ import pytest
 from support.command_line import refused, tactile
 
 from tactile_core.profiles.loader import load_profile
+from tactile_core.quantities import MarkerDetections
 
 TACTIP = load_profile("tactip")
 
@@ -36,3 +37,9 @@ def test_a_ball_calibrates_no_pins(how: list[str], tmp_path: Path) -> None:
     message = refused("calibrate", "tactip", *how, "--out", tmp_path / "bundle")
     assert "this sensor has pins and no photometry" in message
     assert "tactile calibrate-surface" in message
+
+
+def test_the_live_page_shows_the_virtual_dome() -> None:
+    live = pytest.importorskip("tactile_live.opening")
+    with live.open_live(live.WantedSensor("tactip"), sim=True) as sensor:
+        assert len(sensor.read()[MarkerDetections].centres_px) == 127

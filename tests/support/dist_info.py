@@ -24,6 +24,6 @@ def write_dist_info(project: Path, site: Path) -> None:
         encoding="utf-8",
     )
     lines = []
-    for group, entries in table["entry-points"].items():
+    for group, entries in table.get("entry-points", {}).items():
         lines += [f"[{group}]", *(f"{name} = {value}" for name, value in entries.items())]
     (folder / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")

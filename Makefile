@@ -17,7 +17,9 @@ SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip gelsight-mini gelsight-wedge gelslim tactip digit 9dtact genicam hdf5 imports sim live networks)
-OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
+# Installed in LeRobot's environment, which tactile-core need not share, and tested from this one.
+IN_LEROBOT := plugins/lerobot_camera_tactile
+OTHERS := $(filter-out $(SHIPPED) $(IN_LEROBOT),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -54,10 +56,11 @@ test-hardware: .venv/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[hardware-tests]'
 	$(ONE_CORE) $(BIN)/python -m pytest -m hardware -rs tests/hardware
 
-# Exports, read back by the programs that they are for; their packages are large.
+# Exports, read back by the programs that they are for, and cameras in LeRobot; their packages are large.
 test-exports: .venv/installed .venv-lerobot/installed
+	$(MAKE) .venv-lerobot-3.12/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[record]' -e plugins/tactile-lerobot -e plugins/tactile-rerun -e plugins/tactile-rosbag 'hdf5plugin>=4.4'
-	$(BIN)/python -m pytest -rs plugins/tactile-lerobot plugins/tactile-rerun plugins/tactile-rosbag plugins/tactile-hdf5 tests/cli/test_convert.py
+	$(BIN)/python -m pytest -rs plugins/tactile-lerobot $(IN_LEROBOT) plugins/tactile-rerun plugins/tactile-rosbag plugins/tactile-hdf5 tests/cli/test_convert.py
 
 # The same with the oldest versions that pyproject.toml admits.
 test-oldest: .venv-oldest/installed
@@ -86,7 +89,7 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	PYTHONPATH=$(subst $() $(),:,$(OTHERS)) $(BIN)/lint-imports
+	PYTHONPATH=$(subst $() $(),:,$(OTHERS) $(IN_LEROBOT)) $(BIN)/lint-imports
 
 # What runs for minutes: thousands of frames and of openings, hundreds of unplugs; SOAK=0.1 runs a tenth.
 soak: soak-alone soak-together
@@ -144,6 +147,16 @@ $(OTHERS:plugins/%=.venv-%/installed): .venv-%/installed: .venv/installed plugin
 	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check --no-deps 'lerobot==0.4.4' 'torchvision==0.28.0'
 	.venv-lerobot/bin/python -m pip install --quiet --disable-pip-version-check -r plugins/tactile-lerobot/tests/reader/requirements.txt
 	touch $@
+
+# LeRobot 0.6 needs Python 3.12; its tests are skipped with a reason where that is not installed.
+.venv-lerobot-3.12/installed: export PATH := $(PATH):$(PYENV)
+.venv-lerobot-3.12/installed: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	if $(BIN)/uv python find --quiet --no-python-downloads 3.12 >/dev/null 2>&1; then \
+	    $(BIN)/uv venv --quiet --clear --no-python-downloads --python 3.12 .venv-lerobot-3.12 && \
+	    $(BIN)/uv pip install --quiet --python .venv-lerobot-3.12 'lerobot[dataset]>=0.6,<0.7' && \
+	    touch $@; \
+	else echo "LeRobot 0.6: not run, as Python 3.12 is not installed"; fi
 
 .venv-oldest/installed: pyproject.toml $(SHIPPED:%=%/pyproject.toml)
 	$(PYTHON) -m venv .venv-oldest

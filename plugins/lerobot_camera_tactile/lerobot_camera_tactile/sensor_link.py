@@ -157,7 +157,9 @@ class SensorLink:
         code = self._process.wait()
         with self._changed:
             if not self._stopping:
-                self._failure = error or _death(code, self._errors)
+                self._failure = error or (
+                    f"{_death(code, self._errors)}; disconnect the camera and connect it again"
+                )
             self._changed.notify_all()
 
     def _take(self, said: dict[str, Any]) -> None:
@@ -194,7 +196,10 @@ def ask(python: str, *words: Any, timeout_s: float) -> dict[str, Any]:
             ) from None
         answer = json.loads(said or "{}")
         if process.returncode or not answer:
-            raise ValueError(answer.get("error") or _death(process.returncode, errors))
+            raise ValueError(
+                answer.get("error")
+                or f"{_death(process.returncode, errors)}; is tactile-core installed for {python}?"
+            )
     return dict(answer)
 
 
@@ -218,12 +223,12 @@ def _start(python: str, words: list[Any], errors: IO[bytes]) -> subprocess.Popen
 
 
 def _death(code: int, errors: IO[bytes]) -> str:
-    """Return a sentence about a process that ended without giving a reason."""
+    """Return how a process ended that gave no reason."""
     errors.seek(0)
     lines = errors.read().decode(errors="replace").strip().splitlines()
     how = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
     why = f" ({lines[-1].strip()})" if lines else ""
-    return f"the sensor's process {how}{why}; disconnect the camera and connect it again"
+    return f"the sensor's process {how}{why}"
 
 
 def age_s(observation: Observation) -> float:

@@ -1,4 +1,4 @@
-"""Virtual fingers in LeRobot: its own code records them and reads them, in an environment of its own."""
+"""Virtual fingers in LeRobot, whose own code records them and reads them in its environment."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.dist_info import write_dist_info
+from support.virtual_lab import VirtualLab
 
 from tactile_core import ContactMask, HeightMap, SlipState, Wrench, load_profile, open_sensor
 from tactile_core.calibration.virtual_unit import calibrate_virtual_unit
@@ -139,3 +140,43 @@ def test_lerobot_loads_what_two_fingers_measured(
         found["policy_features"]
     )
     assert "tactile_core" not in found["foreign"]
+
+
+def test_what_goes_wrong_is_said_in_one_sentence(
+    lerobot: Path, lab: VirtualLab, tmp_path: Path
+) -> None:
+    task = {
+        "python": sys.executable,
+        "profile": str(lab.profile_path),
+        "bundle": str(lab.bundle),
+        "no_height": "tactip",
+    }
+    said = run_in_lerobot(lerobot, "use_wrongly.py", tmp_path, task)
+    sentences = {
+        "no_height": ("ValueError", "the profile tactip has no step that measures height; leave"),
+        "other_size": ("ValueError", "160 × 120 pixels, not 32 × 24; leave width and height out"),
+        "no_interpreter": ("ValueError", "/absent/python cannot be started"),
+        "no_core": ("ValueError", "ended with code 1; is tactile-core installed for /bin/false?"),
+        "bad_script": ("ConnectionError", "absent.yaml"),
+        "unconnected": ("DeviceNotConnectedError", "call connect() first"),
+        "twice": ("DeviceAlreadyConnectedError", "is already connected"),
+        "max_age": ("TimeoutError", "more than max_age_ms = 100; allow older ones"),
+        "max_age_depth": ("TimeoutError", "more than max_age_ms = 100; allow older ones"),
+        "no_newer": ("TimeoutError", "sent no new image within 100 ms"),
+        "died": ("DeviceNotConnectedError", "was ended by signal 9; disconnect the camera"),
+        "died_waiting": ("DeviceNotConnectedError", "was ended by signal 9"),
+        "not_asked_for": ("RuntimeError", "configure it with use_depth=True"),
+    }
+    for key, (kind, words) in sentences.items():
+        assert said[key][0] == kind, said[key]
+        assert words in said[key][1], said[key]
+        assert "\n" not in said[key][1]
+    assert said["choice"] == "tactile"
+    assert said["arrays"] == [[120, 160, 3], "uint8", [120, 160, 1], "float32"]
+    assert said["one_observation"]
+    assert said["numbers_grow"]
+    assert said["connected_again"] == [120, 160, 3]
+    assert not said["left_open"]
+    assert not said["connected_after_death"]
+    assert not said["left_behind"]
+    assert isinstance(said["find"], list)

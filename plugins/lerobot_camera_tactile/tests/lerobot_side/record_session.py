@@ -1,8 +1,8 @@
 """Records two virtual fingers and a robot by LeRobot's own code, and reads them back by its own.
 
 Runs in LeRobot's environment: python record_session.py TASK.json, which has "root", "seconds",
-"fps", "videos", "cameras" (name to options of TactileCameraConfig) and "truth" (name to an .npz with
-what each frame of the script shows, measured elsewhere). Prints one line of JSON.
+"fps", "videos", "cameras" (name to options of TactileCameraConfig) and "truth" (name to an .npz
+with what each frame of the script shows, measured elsewhere). Prints one line of JSON.
 """
 
 import json
@@ -11,6 +11,7 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,11 @@ if "+cpu" in torch.__version__:  # without these compiled operators torchvision 
             signature = "(Tensor dets, Tensor scores, float iou_threshold) -> Tensor"
             torch.library.define(f"torchvision::{operator}", signature)
 
-from lerobot.cameras import CameraConfig  # noqa: E402
-from lerobot.cameras.utils import make_cameras_from_configs  # noqa: E402
-from lerobot.datasets.lerobot_dataset import LeRobotDataset  # noqa: E402
-from lerobot.robots import Robot, RobotConfig  # noqa: E402
-from lerobot.utils.import_utils import register_third_party_plugins  # noqa: E402
+from lerobot.cameras import CameraConfig
+from lerobot.cameras.utils import make_cameras_from_configs
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+from lerobot.robots import Robot, RobotConfig
+from lerobot.utils.import_utils import register_third_party_plugins
 
 try:  # since 0.6, in which heights are depth images
     from lerobot.configs.video import DepthEncoderConfig
@@ -49,7 +50,7 @@ class SmallGripperConfig(RobotConfig):
 
 
 class SmallGripper(Robot):
-    """One joint, which closes slowly, and cameras that are read as LeRobot's own robots read them."""
+    """One joint, which closes slowly, and cameras, read as LeRobot's own robots read them."""
 
     config_class = SmallGripperConfig
     name = "small_gripper"
@@ -165,9 +166,7 @@ def record(task: dict[str, Any]) -> tuple[list[str], list[dict[str, int]], list[
     return observed["observation.state"]["names"], shown, ages_ms
 
 
-def compare(
-    task: dict[str, Any], names: list[str], shown: list[dict[str, int]]
-) -> dict[str, Any]:
+def compare(task: dict[str, Any], names: list[str], shown: list[dict[str, int]]) -> dict[str, Any]:
     """Return the largest differences of what LeRobot loads from what was shown."""
     truth = {name: dict(np.load(path)) for name, path in task["truth"].items()}
     # the loader rounds depth from videos to whole millimetres unless it gives metres
@@ -207,7 +206,7 @@ def compare(
     }
 
 
-task = json.loads(open(sys.argv[1]).read())
+task = json.loads(Path(sys.argv[1]).read_text())
 names, shown, ages_ms = record(task)
 foreign = [name for name in ("cv2", "tactile_core") if name in sys.modules]
 found = compare(task, names, shown) | {

@@ -20,12 +20,14 @@ BLOCK = re.compile(r"(?:^`([\w./-]+)`:\n\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE
 class Reader:
     """Executes the blocks of pages, from top to bottom.
 
-    A block under a file name is written to that file. Python blocks run in a separate process. Each
+    A block under a file name is written to that file. Python blocks run in a separate process
+    of the interpreter ``python``. Each
     line of a shell block is run; a line that begins with ``!`` has to fail. Each line of a text
     block has to be part of the output of the preceding commands.
     """
 
     folder: Path
+    python: str = sys.executable
     printed: str = field(default="", init=False)
     installed: list[Path] = field(default_factory=list, init=False)
 
@@ -37,7 +39,7 @@ class Reader:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(block, encoding="utf-8")
             elif language == "python":
-                self._run([sys.executable, "-c", block])
+                self._run([self.python, "-c", block])
             elif language == "sh":
                 self.printed = ""
                 for line in block.replace("\\\n", " ").splitlines():

@@ -6,8 +6,10 @@ with what each frame of the script shows, measured elsewhere). Prints one line o
 """
 
 import json
+import os
 import sys
 import time
+import traceback
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -92,9 +94,9 @@ class SmallGripper(Robot):
     def get_observation(self) -> dict[str, Any]:
         found: dict[str, Any] = {"jaw.pos": self.position}
         for name, camera in self.cameras.items():
-            found[name] = camera.read_latest(max_age_ms=2000)
+            found[name] = camera.read_latest(max_age_ms=60_000)
             if camera.use_depth:
-                found[f"{name}_depth"] = camera.read_latest_depth(max_age_ms=2000)
+                found[f"{name}_depth"] = camera.read_latest_depth(max_age_ms=60_000)
         return found
 
     def send_action(self, action: dict[str, Any]) -> dict[str, Any]:
@@ -207,9 +209,15 @@ def compare(task: dict[str, Any], names: list[str], shown: list[dict[str, int]])
 
 
 task = json.loads(Path(sys.argv[1]).read_text())
-names, shown, ages_ms = record(task)
-foreign = [name for name in ("cv2", "tactile_core") if name in sys.modules]
-found = compare(task, names, shown) | {
+try:
+    names, shown, ages_ms = record(task)
+    foreign = [name for name in ("cv2", "tactile_core") if name in sys.modules]
+    found = compare(task, names, shown)
+except Exception:
+    traceback.print_exc()
+    sys.stderr.flush()
+    os._exit(1)  # LeRobot's writer of images would be waited for, forever
+found |= {
     "lerobot": version("lerobot"),
     "age_ms": [float(np.median(ages_ms)), max(ages_ms)],
     "foreign": foreign,

@@ -171,7 +171,7 @@ def test_what_goes_wrong_is_said_in_one_sentence(
         assert said[key][0] == kind, said[key]
         assert words in said[key][1], said[key]
         assert "\n" not in said[key][1]
-    assert said["choice"] == "tactile"
+    assert said["decoded"] == ["TactileCameraConfig", "there/bin/python", 15, False]
     assert said["arrays"] == [[120, 160, 3], "uint8", [120, 160, 1], "float32"]
     assert said["one_observation"]
     assert said["numbers_grow"]

@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import draccus
 import numpy as np
 from lerobot.cameras import CameraConfig
 from lerobot.cameras.utils import make_cameras_from_configs
@@ -52,7 +53,9 @@ said |= {
 }
 config = TactileCameraConfig(**given, warmup_s=0.0, use_depth=True)
 camera = make_cameras_from_configs({"touch": config})["touch"]
-said["choice"] = CameraConfig.get_choice_name(type(config))
+words = {"type": "tactile", "profile": "tactip", "python": "there/bin/python", "fps": 15}
+decoded = draccus.decode(CameraConfig, words)  # as of LeRobot's command line
+said["decoded"] = [type(decoded).__name__, decoded.python, decoded.fps, decoded.use_depth]
 said["unconnected"] = sentence(camera.read_latest)
 camera.connect()
 said["twice"] = sentence(camera.connect)

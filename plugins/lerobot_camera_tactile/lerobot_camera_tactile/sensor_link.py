@@ -144,6 +144,8 @@ class SensorLink:
         error = ""
         with self._process.stdout as lines:
             for line in lines:
+                if not line.endswith("\n"):
+                    break  # the process was killed while it wrote
                 said = json.loads(line)
                 error = said.get("error", error)
                 if "number" in said:

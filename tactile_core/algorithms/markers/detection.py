@@ -88,8 +88,9 @@ def find_markers(
       contrast in their neighbourhood. So faint, strong, blurred and sharp markers are all
       thresholded at the same relative height. An opening removes texture of the object, which is
       thinner than markers.
-    - Spots are selected relative to the typical marker of the frame: from a third of the median
-      integrated contrast on.
+    - Spots are selected relative to the typical marker of the frame: from a third of its integrated
+      contrast on, and of the difference between its contrast and that on any of its sides. So the
+      furrows of an object and the rim of the gel are no markers.
 
     Parameters
     ----------
@@ -106,7 +107,8 @@ def find_markers(
         x and y.
     truncated : (N,) bool
         Whether the image border truncates the marker. The centre of such a marker is extrapolated
-        from the part in view and the diameter, and may be outside the image.
+        from the part in view and the diameter, and may be outside the image. Markers of which less
+        than a third is in view are not detected.
 
     References
     ----------

@@ -25,8 +25,8 @@ _BACKGROUND_SHARE = 0.15
 # [share of the typical contrast] Contrast above which a pixel may belong to a marker at all
 _MIN_CONTRAST = 0.3
 # [typical markers] Minimum integrated contrast of a marker, and minimum difference of its contrast
-# from that of its surroundings: chosen on recorded prints, between dirt, up to 0.31, or the grain of
-# pressed objects, and the smallest marker, 0.35, or the faintest, 0.38 (ADR 25)
+# from that beside it: chosen on recorded prints, between dirt, up to 0.31, or the grain of pressed
+# objects, and the smallest marker, 0.35, or the faintest, 0.39 (ADR 25)
 _LEAST = 0.33
 
 
@@ -57,7 +57,7 @@ class Spots(NamedTuple):
         return self.is_compact(2.0)
 
     def is_compact(self, longest: float | Float64) -> Bool:
-        """Whether spots are not ragged, and no more than ``longest`` times as long as wide, (N,)."""
+        """(N,) spots that are not ragged and at most ``longest`` times as long as wide."""
         width, height = (self.high - self.low + 1).T
         longer, shorter = np.maximum(width, height), np.minimum(width, height)
         filled = self.area > 0.55 * width * height  # [share of the box] a disc has π/4

@@ -31,7 +31,7 @@ AT_ONCE, SEQUENTIAL = "digit", "digit_sequential"
 BALL_MM = 4.0
 PRESSES = 14
 EXPOSURE_STEP_S = 2 / 30  # a free-running camera of 30 Hz needs two images to change the light
-SPEEDS_MM_S = 1.0, 3.0, 10.0
+SPEEDS_MM_S = 0.0, 0.5, 1.0, 2.0, 5.0, 10.0
 LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 
 

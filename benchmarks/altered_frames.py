@@ -98,6 +98,9 @@ def alterations(channels: int) -> Iterator[Alteration]:
     yield Alteration("turned", "180°", lambda p: p[::-1, ::-1])
     yield Alteration("mirrored", "left to right", lambda p: p[:, ::-1])
     yield Alteration("mirrored", "top to bottom", lambda p: p[::-1])
+    for rows in (8, 16, 48, 96):
+        for axis in (0, 1):
+            yield Alteration("rolled", f"{rows}", lambda p, n=rows, a=axis: np.roll(p, n, a))
     for share in (0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95):
         for place in ((0.5, 0.5), (0.0, 1.0)):
             yield Alteration("cropped", f"{share}", lambda p, s=share, at=place: _crop(p, s, at))

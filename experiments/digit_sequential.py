@@ -1,9 +1,9 @@
 """The DIGIT lit at once and one colour after another: ``python experiments/digit_sequential.py``.
 
-Virtual units of one design, each calibrated twice on the same presses of a ball, then pressed with
-other balls, cylinders and cones at other places. Prints, for both, the error of normals in the
-contact, the radius of spheres fitted to the heights over that of the ball, and the error of the
-highest point; the same while the ball moves from exposure to exposure; and the share of signal in
+Virtual units of one design, each calibrated in each way on the same presses of a ball, then pressed
+with other balls, cylinders and cones at other places. Prints, for each way, the error of normals in
+the contact, the radius of spheres fitted to the heights over that of the ball, and the error of the
+highest point; the same while the ball moves from exposure to exposure; and the signal over noise of
 each way to read one LED from a colour image.
 """
 
@@ -28,10 +28,14 @@ from tactile_sim.stage import VirtualStage, vary
 from tactile_sim.truth import TrueState
 
 AT_ONCE, SEQUENTIAL = "digit", "digit_sequential"
+IMAGES = 6
+"""Images at 30 Hz in the time of one observation with sequential lights."""
+WAYS = {AT_ONCE: 1, f"{AT_ONCE}, mean of {IMAGES} images": IMAGES, SEQUENTIAL: 1}
+"""Frames that are averaged in each way to measure; its profile comes first in its name."""
 BALL_MM = 4.0
 PRESSES = 14
-EXPOSURE_STEP_S = 2 / 30  # a free-running camera of 30 Hz needs two images to change the light
-SPEEDS_MM_S = 0.0, 0.5, 1.0, 2.0, 5.0, 10.0
+STEPS_MM = 0.0, 0.03, 0.07, 0.15, 0.3, 0.6
+"""Movement from one exposure to the next."""
 LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 
 
@@ -54,10 +58,11 @@ class Errors(NamedTuple):
 
 
 class Unit:
-    """One virtual unit in one of the two ways, calibrated."""
+    """One virtual unit in one of the ways, calibrated."""
 
-    def __init__(self, rig: str, seed: int) -> None:
-        self.profile = vary(load_profile(rig, sim=True), seed)
+    def __init__(self, way: str, seed: int) -> None:
+        self.profile = vary(load_profile(way.partition(",")[0], sim=True), seed)
+        self.frames = WAYS[way]
         self.stage = VirtualStage(self.profile, seed)
         reference = average([self.stage.frame() for _ in range(10)])
         rng = np.random.default_rng([seed, 61])
@@ -74,14 +79,14 @@ class Unit:
         place = {"x_mm": press.x_mm + sideways_mm, "y_mm": press.y_mm}
         self.stage.indenter(press.kind, **place, **press.sizes)
         self.stage.press(depth_mm=press.depth_mm)
-        return self.stage.frame(), self.stage.truth()
+        frames = [self.stage.frame() for _ in range(self.frames)]
+        mean = np.rint(np.mean([frame.pixels for frame in frames], axis=0))
+        pixels = mean.astype(frames[0].pixels.dtype)
+        return replace(frames[0], pixels=pixels), self.stage.truth()
 
-    def moving(self, press: Press, speed_mm_s: float) -> tuple[Frame, TrueState]:
+    def moving(self, press: Press, step_mm: float) -> tuple[Frame, TrueState]:
         """Return the frame of an object that moves to the right, and its truth half way."""
         frame, truth = self.shown(press)
-        if len(frame.exposure_times_s) == 1:
-            return frame, truth
-        step_mm = speed_mm_s * EXPOSURE_STEP_S
         count = len(frame.channels)
         places = (np.arange(count) - (count - 1) / 2) * step_mm
         shown = [self.shown(press, far)[0].pixels[..., k] for k, far in enumerate(places)]
@@ -149,7 +154,7 @@ def summary(errors: list[Errors]) -> str:
 
 
 def signal_over_noise(seed: int) -> dict[str, np.ndarray]:
-    """Signal over noise of each LED, in its own colour of the image, in its luma and in the best sum.
+    """Signal over noise of each LED, in its own colour, in the luma and in the best sum.
 
     The signal is the standard deviation in the contact of a ball, the noise that of two images.
     """
@@ -182,25 +187,25 @@ def main() -> None:
     for name in found[0]:
         values = np.mean([one[name] for one in found], axis=0)
         print(f"signal over noise, {name}: red, green, blue {np.round(values, 1)}", flush=True)
-    still: dict[str, list[Errors]] = {AT_ONCE: [], SEQUENTIAL: []}
-    moved: dict[float, list[Errors]] = {speed: [] for speed in SPEEDS_MM_S}
-    refused = dict.fromkeys(SPEEDS_MM_S, 0)
+    still: dict[str, list[Errors]] = {way: [] for way in WAYS}
+    moved: dict[float, list[Errors]] = {step: [] for step in STEPS_MM}
+    refused = dict.fromkeys(STEPS_MM, 0)
     for seed in options.seeds:
-        for rig, errors in still.items():
-            unit = Unit(rig, seed)
+        for way, errors in still.items():
+            unit = Unit(way, seed)
             mine = [unit.errors(*unit.shown(press), press) for press in others(seed)]
             errors += mine
-            print(f"seed {seed} {rig:16}: {summary(mine)}", flush=True)
-            for speed in SPEEDS_MM_S if rig == SEQUENTIAL else ():
-                for press in list(others(seed))[:4]:
+            print(f"seed {seed} {way:25}: {summary(mine)}", flush=True)
+            for step in STEPS_MM if way == SEQUENTIAL else ():
+                for press in (one for one in others(seed) if one.kind == "sphere"):
                     try:
-                        moved[speed].append(unit.errors(*unit.moving(press, speed), press))
+                        moved[step].append(unit.errors(*unit.moving(press, step), press))
                     except SequenceError:
-                        refused[speed] += 1
-    for rig, errors in still.items():
-        print(f"{rig}: {summary(errors)}")
-    for speed, errors in moved.items():
-        print(f"{SEQUENTIAL}, {speed:g} mm/s: {summary(errors)}; {refused[speed]} refused")
+                        refused[step] += 1
+    for way, errors in still.items():
+        print(f"{way}: {summary(errors)}")
+    for step, errors in moved.items():
+        print(f"balls, {step:g} mm between exposures: {summary(errors)}; {refused[step]} refused")
 
 
 if __name__ == "__main__":

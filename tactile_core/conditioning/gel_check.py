@@ -38,7 +38,7 @@ SEAM = 1.5  # Ratio of the step at a line to those around it; presses reach 1.4
 # Share of the typical change of a pixel that is left when a roll is undone, at most
 UNDONE = 0.95
 
-SAMPLES = 100  # Pixels of a line that a step is averaged over, count: enough against noise
+SAMPLES = 40  # Pixels of a line that a step is averaged over, count: enough against noise
 
 
 # Share of what a constant leaves that a change of the light explains; a wide contact does not.

@@ -291,8 +291,8 @@ class ShownGel(Quantity):
         False: whatever is measured from this frame is wrong.
     cause : str or None
         What was done to the frame: ``channels_swapped``, ``turned``, ``mirrored``, ``cropped`` (or
-        scaled), ``grey``, ``another_unit`` (or an aged gel), ``one_sided_light``, ``rolled`` (shifted
-        around its border) or ``unknown``; None if nothing was.
+        scaled), ``grey``, ``another_unit`` (or an aged gel), ``one_sided_light``, ``rolled``
+        (begins in the middle of the view) or ``unknown``; None if nothing was.
     """
 
     this_gel: Annotated[bool, FieldSpec(saved_as="shows_this_gel")]

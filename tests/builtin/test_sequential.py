@@ -131,7 +131,7 @@ def test_a_grey_image_is_that_of_the_lights_colour(tmp_path: Path) -> None:
 
 def test_a_colour_needs_colour_images(tmp_path: Path) -> None:
     images = record(tmp_path / "three", [even(1, 2, 103)] * 3)
-    with pytest.raises(InputError, match="image.color: rgb"):
+    with pytest.raises(InputError, match=r"image\.color: rgb"):
         list(read_frames(coloured(tmp_path, color="luma"), images))
 
 

@@ -298,7 +298,9 @@ class RigOptics(Renderer):
             light = np.concatenate([band for _, band in shining.bands()], axis=1)
             medians.append(mixing @ np.median(light, axis=(1, 2)))
             counted.append([shot.color in (None, name) for name in self._colours])
-        level = np.sum(np.multiply(medians, counted), axis=0) / np.maximum(np.sum(counted, axis=0), 1)
+        level = np.sum(np.multiply(medians, counted), axis=0) / np.maximum(
+            np.sum(counted, axis=0), 1
+        )
         level[level <= 0] = max(level.max(), 1e-6)
         gain = np.array(sensor.white_balance if count == COLOUR else (1.0,) * count)
         gain = gain * self._chip.light_of(sensor.exposure) / level

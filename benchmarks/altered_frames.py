@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -131,9 +131,9 @@ def _ramp(pixels: Array, share: float, axis: int) -> Array:
     return np.clip(np.rint(pixels * factor), 0, np.iinfo(pixels.dtype).max).astype(pixels.dtype)
 
 
-def recorded(data: Path, presses: int) -> Iterator[Unit]:
+def recorded(data: Path, presses: int, sensors: Sequence[Presses] = RECORDED) -> Iterator[Unit]:
     """Calibrate each recorded sensor on its presses and yield it with some of them."""
-    for one in RECORDED:
+    for one in sensors:
         folder = data / one.folder
         paths = sorted(folder.glob(one.pattern))
         profile = load_profile(one.profile)

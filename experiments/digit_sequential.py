@@ -204,6 +204,8 @@ def main() -> None:
                         refused[step] += 1
     for way, errors in still.items():
         print(f"{way}: {summary(errors)}")
+        balls = [one for one in errors if np.isfinite(one.radius)]
+        print(f"{way}, balls: {summary(balls)}")
     for step, errors in moved.items():
         print(f"balls, {step:g} mm between exposures: {summary(errors)}; {refused[step]} refused")
 

@@ -16,7 +16,7 @@ TIMED := benchmarks --benchmark-only --benchmark-columns=median,min --benchmark-
 SOAK ?= 1
 # Every distribution beside the core; what the two commands of the README install, and the rest, each with an environment of its own.
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
-SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip gelsight-mini gelsight-wedge gelslim digit genicam hdf5 imports sim live networks)
+SHIPPED := $(addprefix plugins/tactile-,desktop-six-led baxter-fingertip hex-fingertip gelsight-mini gelsight-wedge gelslim tactip digit 9dtact genicam hdf5 imports sim live networks)
 OTHERS := $(filter-out $(SHIPPED),$(PLUGINS))
 # Hundreds of tests start a Python, which would otherwise compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE

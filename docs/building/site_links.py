@@ -20,7 +20,9 @@ ELSEWHERE = {
     "reference/rigs/gelsight-mini.md": "plugins/tactile-gelsight-mini/README.md",
     "reference/rigs/gelsight-wedge.md": "plugins/tactile-gelsight-wedge/README.md",
     "reference/rigs/gelslim.md": "plugins/tactile-gelslim/README.md",
+    "reference/rigs/tactip.md": "plugins/tactile-tactip/README.md",
     "reference/rigs/digit.md": "plugins/tactile-digit/README.md",
+    "reference/rigs/9dtact.md": "plugins/tactile-9dtact/README.md",
     "reference/rigs/desktop-six-led.md": "plugins/tactile-desktop-six-led/README.md",
 }
 """Pages whose file is outside ``docs``."""

@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from tactile_core.bundles.bundle import check_serial
 from tactile_core.bundles.claims import Claim, Claims, DeviceKind, read_claims, write_claims
+from tactile_core.bundles.places import check_serial
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.device import ConnectedDevice, Device

@@ -55,6 +55,7 @@ def tactile_calibrators() -> Mapping[str, str]:
 def tactile_artefacts() -> Mapping[str, str]:
     """What a calibration fits."""
     return {
+        "gel_stiffness": "tactile_core.builtin.force_elastic:GelStiffness",
         "linear_force": "tactile_core.builtin.force_linear:LinearForceModel",
         "lookup_table": "tactile_core.builtin.lookup_table:LookupTable",
         "mlp": "tactile_core.builtin.mlp:Mlp",

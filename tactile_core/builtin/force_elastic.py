@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, Self
 
 import cv2
 import numpy as np
 from pydantic import BaseModel, Field, PositiveFloat
 
 from tactile_core.algorithms.arrays.shrinking import shrink_image
+from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.force.elastic_layer import POISSON_RATIO, Elastomer
 from tactile_core.algorithms.force.layer_fit import LayerFit, load_variance
 from tactile_core.algorithms.force.surface_loads import Deformation, Shares
 from tactile_core.algorithms.force.viscoelasticity import Branch, Memory, SurfaceGrid, TimeStep
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.formats.npz import read_npz, write_npz
 from tactile_core.interfaces.device import Options
-from tactile_core.interfaces.estimator import Estimator, SensorContext
+from tactile_core.interfaces.estimator import (
+    FittedForce,
+    ForceModel,
+    ForceSamples,
+    SensorContext,
+)
 from tactile_core.quantities import (
     ContactMask,
     ContactStress,
     DisplacementField,
+    FieldSpec,
     Frame,
     HeightMap,
     Wrench,
 )
 from tactile_core.quantities.quantity import grid_of
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 # [count] Cells over the thickness of the gel, which spreads what a load moves: virtual rigs (ADR
 # 73): twice as many change the force of light balls by 1 %, for four times the cells
 _CELLS_PER_THICKNESS = 4.5
+
+# [share] Standard deviation of loads after one weight was laid on: virtual units whose profile is
+# wrong in modulus, thickness and Poisson's ratio have 7 to 14 % on all shapes
+# (``experiments/known_weight.py``)
+_FITTED = 0.1
+
+_FILE = "stiffness.npz"
 
 
 class ElasticForceOptions(Options):
@@ -39,6 +58,11 @@ class ElasticForceOptions(Options):
         description="Relative standard deviation of modulus, thickness and Poisson ratio as the "
         "profile gives them.",
     )
+    modulus_tolerance: PositiveFloat | None = Field(
+        default=None,
+        description="The same of the modulus alone, if that is less certain; null: gel_tolerance. "
+        "'tactile calibrate-force --weights' with one known weight replaces it.",
+    )
     history: bool | None = Field(
         default=None,
         description="Follow the relaxation of a gel with a Prony series by the times of the "
@@ -46,21 +70,74 @@ class ElasticForceOptions(Options):
     )
 
 
-class ElasticForce(Estimator):
+@dataclass(frozen=True, eq=False)
+class GelStiffness(ForceModel):
+    """How much stiffer a gel is than its profile says, measured with known weights.
+
+    Attributes
+    ----------
+    factor : float
+        On the shear modulus, and so on every load.
+    std : float
+        Its standard deviation, as a share of it.
+    """
+
+    factor: Annotated[float, FieldSpec()]
+    std: Annotated[float, FieldSpec()]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (0 < self.factor < np.inf and 0 <= self.std < np.inf):
+            raise CalibrationError(
+                "no contact is seen under the weights; lay on heavier ones, or check the reference"
+            )
+
+    def forces(self, features: Float64) -> tuple[Float64, Float64]:
+        """Predict the normal force; see :meth:`ForceModel.forces`."""
+        found = np.full((len(features), 4), np.nan)
+        found[:, 2] = self.factor * features[:, 0]
+        return found, self.std * np.abs(found)
+
+    def save(self, directory: Path) -> None:
+        """Write ``stiffness.npz``."""
+        write_npz(directory / _FILE, {"factor": np.array(self.factor), "std": np.array(self.std)})
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        """Read ``stiffness.npz``.
+
+        Raises
+        ------
+        CalibrationError
+            The file is missing or damaged.
+        """
+        try:
+            arrays = read_npz(directory / _FILE)
+            return cls(float(arrays["factor"]), float(arrays["std"]))
+        except (InputError, ValueError, LookupError, TypeError) as error:
+            raise CalibrationError(
+                f"{directory / _FILE} holds no stiffness; run 'tactile calibrate-force' again"
+            ) from error
+
+
+class ElasticForce(FittedForce):
     """Find the loads in the contact that deform the gel as measured, and sum them.
 
     The gel is a linear elastic layer on a rigid plate; the shape of the object does not matter.
     Normal force comes from the height in the contact, shear force and torque from the displacement.
-    How far the gel is displaced beside the contact corrects its thickness and Poisson's ratio.
-    Nothing is trained: the force is as accurate as the gel's shear modulus, which scales it.
+    How far the gel is displaced beside the contact corrects its thickness and Poisson's ratio. A
+    gel without markers shows the normal force alone.
+    Nothing is trained: the force is as accurate as the gel's shear modulus, which scales it. One
+    known weight measures that, by ``tactile calibrate-force``.
     """
 
     Options: ClassVar[type[BaseModel]] = ElasticForceOptions
-    needs_markers: ClassVar[bool] = True
+    artefact: ClassVar[str] = "stiffness"
+    feature_names: ClassVar[tuple[str, ...]] = ("normal_force_n",)
 
     def __init__(self, options: ElasticForceOptions, context: SensorContext) -> None:
         super().__init__(options, context)
-        self._tolerance = options.gel_tolerance
+        self._modulus_tolerance = options.modulus_tolerance or options.gel_tolerance
         gel, image = context.gel, context.image
         if gel.shear_modulus_mpa is None or gel.thickness_mm is None:
             missing = "shear_modulus_mpa" if gel.shear_modulus_mpa is None else "thickness_mm"
@@ -84,7 +161,7 @@ class ElasticForce(Estimator):
         # thicknesses
         width_mm, height_mm = (1.6 * count * self._cell_mm for count in self._size)
         grid = SurfaceGrid.covering(width_mm, height_mm, self._cell_mm)
-        self._layer_fit = LayerFit(grid, nominal, self._tolerance)
+        self._layer_fit = LayerFit(grid, nominal, options.gel_tolerance)
         self._zero, self._last = np.zeros(4), np.zeros(4)
         self._memory: Memory | None = None
         self._time_s = 0.0
@@ -106,45 +183,88 @@ class ElasticForce(Estimator):
 
     def estimate(
         self,
+        stiffness: GelStiffness | None,
         frame: Frame,
         height: HeightMap,
         contact: ContactMask,
-        displacement: DisplacementField,
+        displacement: DisplacementField | None,
     ) -> tuple[Wrench, ContactStress]:
-        """Return the load, zero without contact, and the stress whose sum it is."""
-        follows = bool(self._branches) and (self._always or frame.wall_time_s > 0)
-        measured = self._measure_deformation(height, contact, displacement, follows=follows)
+        """Return the load, zero without contact, and the stress whose sum it is.
+
+        Without markers nothing is known of shear: those components are 0 with a very large standard
+        deviation, and the stress is the pressure alone.
+        """
+        known = stiffness or GelStiffness(1.0, self._modulus_tolerance)
+        measured = self._measure_deformation(frame, height, contact, displacement)
         rows, columns = measured.contact.shape
-        pressure = np.zeros((rows, columns), np.float32)
-        shear = np.zeros((rows, columns, 2), np.float32)
+        stress_mpa = np.zeros((3, rows, columns), np.float32)
         # [N] A lighter touch is not found: a virtual ball of 12 mm is from 0.06 N on
         self._last, variance = np.zeros(4), self._resultant_variance(0.03)
         if measured.contact.any():
             shares = Shares.from_contact(measured.contact, self._cell_mm)
             fit = self._layer_fit.fit(measured, shares)
-            self._last = fit.loads.resultant
-            variance = load_variance(fit, measured, self._cell_mm, self._tolerance)
-            pressure[:] = fit.loads.pressure_mpa
-            shear[:] = np.moveaxis(fit.loads.traction_mpa(shares), 0, 2)
-        stress = ContactStress(pressure, shear, contact.mask, height.mm_per_px, height.timestamp_s)
+            if stiffness is not None:  # it was measured with the layer's other errors
+                fit = fit._replace(covariance=np.zeros((4, 4)))
+            self._last = known.factor * fit.loads.resultant
+            variance = load_variance(fit, measured, self._cell_mm, known.std) * known.factor**2
+            stress_mpa[:2] = known.factor * fit.loads.traction_mpa(shares)
+            stress_mpa[2] = known.factor * fit.loads.pressure_mpa
+        if displacement is None:
+            variance[[0, 1, 3]] = UNKNOWN_LOAD**2
+        shear = np.moveaxis(stress_mpa[:2], 0, 2)
+        stress = ContactStress(
+            stress_mpa[2], shear, contact.mask, height.mm_per_px, height.timestamp_s
+        )
         wrench = Wrench.from_values(self._last - self._zero, np.sqrt(variance), height.timestamp_s)
         return wrench, stress
 
-    def _measure_deformation(
+    def features(
         self,
+        frame: Frame,
         height: HeightMap,
         contact: ContactMask,
-        displacement: DisplacementField,
-        *,
-        follows: bool,
+        displacement: DisplacementField | None,
+    ) -> Float64:
+        """(1,) float64: the normal force in N with the modulus that the profile gives."""
+        measured = self._measure_deformation(frame, height, contact, displacement)
+        if not measured.contact.any():
+            return np.zeros(1)
+        shares = Shares.from_contact(measured.contact, self._cell_mm)
+        return self._layer_fit.fit(measured, shares).loads.resultant[2:3]
+
+    def fit(self, sequences: Sequence[ForceSamples]) -> GelStiffness:
+        """Fit the modulus to normal forces, such as one weight that is laid on the sensor.
+
+        Raises
+        ------
+        CalibrationError
+            No contact is seen under any of them.
+        """
+        if not sequences:  # what is known without any
+            return GelStiffness(1.0, self._modulus_tolerance)
+        found = np.concatenate([one.features[:, 0] for one in sequences])
+        acted = np.concatenate([one.forces[:, 2] for one in sequences])
+        used = np.isfinite(acted) & (found > 0)
+        factor = float(found[used] @ acted[used]) / max(float(found[used] @ found[used]), 1e-12)
+        return GelStiffness(factor, _FITTED)
+
+    def _measure_deformation(
+        self,
+        frame: Frame,
+        height: HeightMap,
+        contact: ContactMask,
+        displacement: DisplacementField | None,
     ) -> Deformation:
-        cells_mm = grid_of(height, "mm").of_image().cells
-        moved = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
-        moved = np.concatenate([moved, shrink_image(cells_mm, self._size)[None]])
-        if follows:
+        columns, rows = self._size
+        moved, valid = np.zeros((3, rows, columns), np.float32), np.zeros((rows, columns), bool)
+        moved[2] = shrink_image(grid_of(height, "mm").of_image().cells, self._size)
+        if displacement is not None:
+            moved[:2] = np.moveaxis(cv2.resize(displacement.cells_mm, self._size), 2, 0)
+            valid = _shares(displacement.valid, self._size) > 0.5
+        if self._branches and (self._always or frame.wall_time_s > 0):
             moved = self._relax_displacement(moved, height.timestamp_s)
-        valid, touching = (_shares(mask, self._size) for mask in (displacement.valid, contact.mask))
-        seen = Deformation(moved[2], moved[:2], valid > 0.5, _without_specks(touching))
+        touching = _shares(contact.mask, self._size)
+        seen = Deformation(moved[2], moved[:2], valid, _without_specks(touching))
         return seen.of_material(self._cell_mm)
 
     def _relax_displacement(self, moved: np.ndarray, time_s: float) -> np.ndarray:

@@ -32,6 +32,7 @@ from tactile_core.quantities import (
     RelativeLoad,
     Wrench,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 # Features that change sign with the direction of the shear.
 LATERAL = (
@@ -206,9 +207,6 @@ def _candidates(component: int, used: Bool) -> Iterator[tuple[Intp, bool]]:
 _MOST_CELLS = 96
 
 
-UNKNOWN = 1e6  # Standard deviation in N or N·mm of a component that was not fitted, and is 0
-
-
 class LinearForce(FittedForce):
     """Weighted sums of few physical features, fitted by ``tactile calibrate-force``.
 
@@ -256,7 +254,7 @@ class LinearForce(FittedForce):
         found, std = model.forces(self.features(*given)[None])
         self._last = np.nan_to_num(found[0])
         times = [one.timestamp_s for one in given if one is not None]
-        deviation = np.where(np.isfinite(std[0]), std[0], UNKNOWN)
+        deviation = np.where(np.isfinite(std[0]), std[0], UNKNOWN_LOAD)
         return Wrench.from_values(self._last - self._zero, deviation, times[0] if times else 0.0)
 
     def features(

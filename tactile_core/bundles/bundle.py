@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,10 +18,9 @@ from tactile_core.bundles.manifest import (
     read_manifest,
     write_manifest,
 )
+from tactile_core.bundles.places import check_place
 from tactile_core.errors import CalibrationError, InputError, PluginFault, TactileError, words_of
-from tactile_core.formats.folders import fresh_folder, replace_folder, resolve_links
 from tactile_core.formats.npz import read_npz, reference_arrays, reference_of, write_npz
-from tactile_core.formats.text import shorten_repr
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration, SlopeErrors
 from tactile_core.plugins.blame import blame, fault
@@ -36,8 +34,6 @@ from tactile_core.quantities import Reference
 _KINDS: Mapping[str, Any] = {LIGHT: Calibration, ERRORS: SlopeErrors}
 
 _REFERENCE = "reference.npz"
-
-_SERIAL = re.compile(r"[A-Za-z0-9._-]{1,100}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +105,9 @@ class Bundle:
         OSError
             Writing fails; the previous contents remain.
         """
+        # only where something is written
+        from tactile_core.formats.folders import fresh_folder, replace_folder
+
         directory = check_place(directory)
         with fresh_folder(directory) as fresh:
             for name, artefact in self.artefacts.items():
@@ -161,7 +160,8 @@ class Bundle:
 
         A bundle belongs to a serial and to the optical part of the profile: image, light and gel.
         If that part is the same, the profile may have another name, camera or estimators. If it has
-        changed, the name distinguishes an edited profile from another sensor's.
+        changed, the name distinguishes an edited profile from another sensor's. A starting
+        calibration is of no unit: only the images have to be of its size.
 
         Raises
         ------
@@ -169,10 +169,11 @@ class Bundle:
             Serial, image size, bit depth or scale differ, or it is another sensor's.
         """
         mine, image = self.manifest, profile.image
-        optics_differ = mine.profile_hash != profile_hash(profile)
+        optics_differ = not mine.starting and mine.profile_hash != profile_hash(profile)
+        own_serial = serial is None or mine.starting
         for what, ours, theirs in (
             ("sensor", mine.profile, profile.name if optics_differ else mine.profile),
-            ("serial", mine.serial, serial if serial is not None else mine.serial),
+            ("serial", mine.serial, mine.serial if own_serial else serial),
             ("image size", mine.image_size_px, (image.width_px, image.height_px)),
             ("bit depth", mine.bit_depth, image.bit_depth),
         ):
@@ -181,6 +182,12 @@ class Bundle:
                     f"the bundle was made for {what} {_plain(ours)}, not {_plain(theirs)}; "
                     f"use the bundle of this sensor or run 'tactile calibrate'"
                 )
+        if mine.starting:  # slopes depend on no scale
+            return [
+                f"this unit is not calibrated: its heights are coarse, by a starting calibration "
+                f"of {mine.starting}; 'tactile calibrate {profile.name} --live "
+                f"--ball-diameter-mm D' measures it, with ten presses of a ball"
+            ]
         # [share] measured scales differ by as much
         if abs(image.mm_per_px / mine.mm_per_px - 1) > 0.01:
             raise CalibrationError(
@@ -257,42 +264,6 @@ def manifest_for(
         profile_hash=profile_hash(profile),
         **known,
     )
-
-
-def check_serial(serial: str, of: str = "serial") -> str:
-    """Return the serial of a unit, or the name of a gel, if it is safe as a folder's name.
-
-    Raises
-    ------
-    InputError
-        It has characters other than letters, digits, ``.``, ``_`` and ``-``.
-    """
-    if not _SERIAL.fullmatch(serial) or set(serial) == {"."}:
-        raise InputError(
-            f"{of} {shorten_repr(serial)}: use only letters, digits, '.', '_' and '-', 100 at most"
-        )
-    return serial
-
-
-def check_place(directory: Path) -> Path:
-    """Return the folder, with links resolved, if a bundle may be written there.
-
-    Raises
-    ------
-    InputError
-        It holds anything but a bundle.
-    """
-    directory = resolve_links(Path(directory))
-    bundle_files(directory)
-    return directory
-
-
-def default_place(profile: Profile, serial: str | None, gel: str | None = None) -> Path:
-    """Return the default bundle folder of a unit with a gel, in the user's data directory."""
-    from platformdirs import user_data_path
-
-    name = (serial or "default") + (f"+{gel}" if gel else "")  # no serial contains a plus
-    return user_data_path("tactile-core") / "bundles" / profile.name / name
 
 
 def _save_artefact(artefact: Artefact, name: str, folder: Path) -> None:

@@ -114,6 +114,9 @@ class Manifest(BaseModel):
     imported : Imported or None
         Where the light model comes from; None if it was fitted to presses. An imported one has no
         score: ``held_out`` is None.
+    starting : str
+        What a starting calibration was fitted to, in words: units of the same design, so that every
+        unit can be measured coarsely before it is calibrated. Empty for the calibration of a unit.
     light_range : LightRange or None
         What is normal for the light of this unit; None if it was not observed.
     doubts : tuple of str
@@ -145,6 +148,7 @@ class Manifest(BaseModel):
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
     imported: Imported | None = None
+    starting: Text = ""
     light_range: LightRange | None = None
     doubts: tuple[Text, ...] = ()
     versions: dict[str, Text] = {}

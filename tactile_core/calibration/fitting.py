@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tactile_core.bundles.bundle import check_serial
+from tactile_core.bundles.places import check_serial
 from tactile_core.calibration.crew import Crew
 from tactile_core.calibration.fitted_bundle import GuidedSession, conditioning_for, fitted_bundle
 from tactile_core.calibration.press_search import check_ball
@@ -24,7 +24,7 @@ from tactile_core.errors import InputError
 from tactile_core.interfaces.calibration import Progress, Silent
 from tactile_core.pipeline.initial_reference import reference_path
 from tactile_core.pipeline.playback import played_back, read_frames, recorded_session
-from tactile_core.plugins.options import calibrator_of, smoothing_px_of
+from tactile_core.plugins.options import fittable_calibrator, smoothing_px_of
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
@@ -70,7 +70,8 @@ def calibrate(
         Diameter of the ball in all presses that no ``catalog.csv`` in their folder lists. A
         ``target`` brings its own radius, a guided calibration its ball.
     labels : Path, optional
-        CSV of circles that replace the automatic ones.
+        Circles that replace the automatic ones: a CSV, or a folder; see
+        :func:`~tactile_core.formats.labels.read_labels`.
     target : Path, optional
         A grid of balls (YAML with ``radius`` and circle centres) or a height map (``.tmd``) of the
         surface in the press.
@@ -114,6 +115,7 @@ def calibrate(
     virtual = session is not None and session.sim
     base = profile if isinstance(profile, Profile) else load_profile(profile, sim=virtual)
     base, notes, _, _ = played_back(base, presses)
+    calibrator = fittable_calibrator(base.calibration, model)
     guided = GuidedSession.from_recording(presses)
     if guided is not None and ball_diameter_mm is None:
         ball_diameter_mm = guided.ball_diameter_mm
@@ -130,7 +132,6 @@ def calibrate(
     helpers = workers - 1 if scored and len(frames) >= _FEWEST_SHARED else 0
     own = None if session is None or reference else own_reference(session, presses)
     undeformed, stand_in = undeformed_sensor(base, frames, reference, target, own)
-    calibrator = calibrator_of(base.calibration, model)
     condition = conditioning_for(base, undeformed, calibrator)
     undeformed = condition.undeformed
     # Models smooth their images; the ground truth has to be equally smooth.
@@ -202,7 +203,7 @@ def calibrate_presses(
     """
     progress = progress or Silent()
     check_ball(ball_diameter_mm, profile)
-    calibrator = calibrator_of(profile.calibration, model)
+    calibrator = fittable_calibrator(profile.calibration, model)
     condition = conditioning_for(profile, reference, calibrator)
     ground_truth = separate_balls(
         profile,

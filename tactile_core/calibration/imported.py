@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from tactile_core.acquisition.devices import make_lights
-from tactile_core.bundles.bundle import Bundle, check_serial, manifest_for
+from tactile_core.bundles.bundle import Bundle, manifest_for
 from tactile_core.bundles.manifest import LIGHT, Imported
+from tactile_core.bundles.places import check_serial
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.errors import PluginError
 from tactile_core.formats.files import status

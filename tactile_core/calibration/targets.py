@@ -203,7 +203,8 @@ def separate_balls(
     sizes_mm : sequence of float
         Diameter of the ball in each frame.
     labels : Path, optional
-        CSV of circles that replace the automatic ones.
+        Circles that replace the automatic ones: a CSV, or a folder; see
+        :func:`~tactile_core.formats.labels.read_labels`.
     for_heights : bool
         The training pixels are for a calibration that is fitted to heights.
     progress : Progress

@@ -21,7 +21,7 @@ from tactile_core.conditioning.conditioning import Conditioning
 from tactile_core.interfaces.component import SIMULATOR
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.interfaces.simulator import Renderer
-from tactile_core.plugins.options import calibrator_of, fitted_by
+from tactile_core.plugins.options import fittable_calibrator, fitted_by
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Pixels
@@ -75,7 +75,7 @@ def virtual_unit(
         The presses do not determine the model.
     """
     profile = profile if size_px is None else _resize_profile(profile, size_px)
-    calibrator = calibrator_of(profile.calibration, model)
+    calibrator = fittable_calibrator(profile.calibration, model)
     image = profile.image
     renderer = resolve("simulator", SIMULATOR)().renderer(profile)
     take = partial(_take_frame, renderer, image)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 # Plugin of each command that other distributions of this project add.
 ADDED_BY: Mapping[str, str] = {
     "bench": "sim",
+    "calibrate-surface": "tactip",
     "demo": "sim",
     "export": "imports",
     "simulate": "sim",

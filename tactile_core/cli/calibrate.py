@@ -44,7 +44,10 @@ def calibrate(
         typer.Option(help="Diameter in mm of every ball that no catalog.csv in --presses lists."),
     ] = None,
     labels: Annotated[
-        Path | None, typer.Option(help="CSV with circles that replace the detected ones.")
+        Path | None,
+        typer.Option(
+            help="Circles that replace the detected ones: a CSV, or a folder labelled by gs_sdk."
+        ),
     ] = None,
     target: Annotated[
         Path | None, typer.Option(help="Calibration target: YAML of a ball grid, or .tmd.")
@@ -82,7 +85,7 @@ def calibrate(
     as_json: AsJson = False,
 ) -> None:
     """Fit a calibration, score it on held-out presses and write its bundle."""
-    from tactile_core.bundles.bundle import check_place, check_serial, default_place
+    from tactile_core.bundles.places import check_place, check_serial, default_place
     from tactile_core.calibration.fitting import calibrate as fit
     from tactile_core.calibration.fitting import inputs_of
     from tactile_core.calibration.target_surface import parse_rows
@@ -90,9 +93,11 @@ def calibrate(
     from tactile_core.cli.output import Bar
     from tactile_core.errors import InputError
     from tactile_core.pipeline.workers import available_cores
+    from tactile_core.plugins.options import fittable_calibrator
     from tactile_core.profiles.loader import load_profile
 
     loaded = load_profile(profile)
+    fittable_calibrator(loaded.calibration, model)  # before anything is asked
     if serial:
         check_serial(serial)
     if gel:
@@ -189,7 +194,7 @@ def calibrate_force(
     A sequence is a recording or, if there is only one, a press between two rests. The bundle is a
     copy of the unit's with the force model added, or holds that model alone.
     """
-    from tactile_core.bundles.bundle import check_place, check_serial
+    from tactile_core.bundles.places import check_place, check_serial
     from tactile_core.calibration.force.fitting import calibrate_force as fit
     from tactile_core.cli.output import Bar, table_lines
     from tactile_core.pipeline.initial_reference import reference_path
@@ -254,8 +259,8 @@ def import_(
     as_json: AsJson = False,
 ) -> None:
     """Make a bundle of a calibration in another program's format."""
-    from tactile_core.bundles.bundle import check_place, default_place
     from tactile_core.bundles.manifest import is_measured
+    from tactile_core.bundles.places import check_place, default_place
     from tactile_core.calibration.imported import import_calibration
     from tactile_core.errors import InputError
     from tactile_core.profiles.loader import load_profile

@@ -82,7 +82,7 @@ def run(
     ] = False,
 ) -> None:
     """Measure height, contact and the results of all other steps of a profile."""
-    from tactile_core.bundles.bundle import default_place
+    from tactile_core.bundles.places import default_place
     from tactile_core.errors import InputError
     from tactile_core.pipeline.initial_reference import reference_path
     from tactile_core.pipeline.opening import open_sensor
@@ -185,6 +185,7 @@ def _text(reading: Reading, line: dict[str, Any]) -> str:
     parts = [
         *_contact_texts(line["max_height_mm"], line["contact_area_mm2"]),
         *_shear_texts(line),
+        *_own_texts(reading),
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"
@@ -213,6 +214,17 @@ def _shear_texts(line: dict[str, Any]) -> list[str]:
             words += f" ({slip['kind']}, degree {slip['degree']:.2f})"
         parts.append(words)
     return parts
+
+
+def _own_texts(reading: Reading) -> Iterator[str]:
+    """Yield what quantities say of themselves."""
+    from tactile_core.plugins.blame import blame_of
+
+    for quantity in reading.quantities.values():
+        with blame_of(quantity):
+            text = quantity.text()
+        if text:
+            yield text
 
 
 def are_several(profile: str, inputs: Sequence[Path]) -> bool:

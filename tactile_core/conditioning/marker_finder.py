@@ -24,11 +24,20 @@ from tactile_core.quantities import Bool, Frame, MarkerDetections, Pixels, Refer
 
 @dataclass(frozen=True)
 class MarkerFinder:
-    """Finds printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``."""
+    """Finds printed markers of about ``diameter_px`` at a pitch of about ``pitch_px``.
+
+    Attributes
+    ----------
+    tone : {"dark", "bright"}
+    diameter_px, pitch_px : float
+    count : int or None
+        Number of markers in view, if the profile gives it.
+    """
 
     tone: Tone
     diameter_px: float
     pitch_px: float
+    count: int | None = None
 
     @classmethod
     def for_gel(cls, build: GelImage, reference: Reference | None = None) -> MarkerFinder | None:
@@ -44,7 +53,7 @@ class MarkerFinder:
             return None
         if isinstance(markers, Markers):
             sizes_px = markers.diameter_mm / mm_per_px, markers.pitch_mm / mm_per_px
-            return cls(markers.tone, *sizes_px)
+            return cls(markers.tone, *sizes_px, markers.count)
         if reference is None:
             raise InputError(
                 "'gel.markers: auto' needs a reference image to detect the markers in; "
@@ -91,6 +100,15 @@ class MarkerFinder:
         """Return how the number of markers contradicts their pitch; empty if it does not."""
         detections = reference.detections or self.detect(reference)
         shape, count = reference.pixels.shape, len(detections.centres_px)
+        if self.count is not None:
+            # [share] a lattice in part of the view has no other measure; some may be worn or hidden
+            if abs(count - self.count) <= 0.1 * self.count:
+                return ""
+            return (
+                f"the reference shows {count} {self.tone} markers, and the profile says "
+                f"{self.count}; check that it is of this sensor and in focus, or correct "
+                f"'gel.markers'"
+            )
         if not too_few(count, shape, self.pitch_px):
             return ""
         return (
@@ -119,5 +137,6 @@ class MarkerFinder:
             pitch_mm=self.pitch_px * mm_per_px,
             diameter_mm=self.diameter_px * mm_per_px,
             tone=self.tone,
+            count=self.count,
         )
         return gel.model_copy(update={"markers": markers})

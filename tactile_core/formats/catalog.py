@@ -63,6 +63,11 @@ class Catalog:
                 )
 
 
+def place_name(place: str) -> str:
+    """Return the name of the observation in a folder that a catalogue lists."""
+    return place.replace("/", "_")
+
+
 def find_catalog(folder: Path) -> Catalog | None:
     """Read the catalogue of a folder; None if there is none, or another kind of file of this name.
 

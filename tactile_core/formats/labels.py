@@ -1,7 +1,8 @@
-"""Tables of labels: presses, and forces with their times."""
+"""Labels: the circles of presses, and forces with their times."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -10,6 +11,8 @@ import numpy as np
 
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.errors import InputError
+from tactile_core.formats.catalog import find_catalog, place_name
+from tactile_core.formats.npz import read_npz
 from tactile_core.formats.scan import finite_number, observation_name, read_table
 from tactile_core.formats.text import printable, shorten_repr
 
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
 
 
 _NUMBERS = ("centre_x_px", "centre_y_px", "contact_radius_px")  # Columns with numbers, px
+
+_CIRCLE_FILE = "label.npz"  # Name of the file with a circle in a folder that gs_sdk has written
 
 
 def read_labels(
@@ -31,6 +36,8 @@ def read_labels(
     Parameters
     ----------
     path : Path
+        A table; or the folder of a catalogue that lists folders, of which some hold a circle as
+        gs_sdk writes it: ``label.npz`` with ``center``, x and y in px, and ``radius``.
     size_px : (width, height), optional
         Size of the image that contains the circles.
     largest_radius_px : float, optional
@@ -47,9 +54,17 @@ def read_labels(
         The file is missing, or a line is invalid or its circle is impossible for this ball and
         image; the message names the line.
     """
+    path = Path(path)
+    if path.is_dir():
+        return _read_folders(path, size_px, largest_radius_px)
+    return _read_lines(path, size_px, largest_radius_px)
+
+
+def _read_lines(
+    path: Path, size_px: tuple[int, int] | None, largest_radius_px: float | None
+) -> dict[str, Circle]:
     from tactile_core.algorithms.circles.circle import Circle
 
-    path = Path(path)
     columns, lines = read_table(path)
     circles: dict[str, Circle] = {}
     missing = {"file", *_NUMBERS} - set(columns)
@@ -71,6 +86,43 @@ def read_labels(
         _check_circle(x, y, radius, size_px, largest_radius_px, where)
         circles[name] = Circle((x, y), radius)
     return circles
+
+
+def _read_folders(
+    folder: Path, size_px: tuple[int, int] | None, largest_radius_px: float | None
+) -> dict[str, Circle]:
+    from tactile_core.algorithms.circles.circle import Circle
+
+    catalog = find_catalog(folder)
+    places = catalog.diameters_mm if catalog is not None and catalog.of_folders else ()
+    files = {place_name(place): folder / place / _CIRCLE_FILE for place in places}
+    circles = {}
+    for name, file in files.items():
+        if file.is_file():
+            x, y, radius = _drawn_circle(file)
+            _check_circle(x, y, radius, size_px, largest_radius_px, str(file))
+            circles[name] = Circle((x, y), radius)
+    if not circles:
+        raise InputError(
+            f"{folder} has no circles: no catalog.csv there lists a folder with a {_CIRCLE_FILE}; "
+            "give such a folder, or a CSV file"
+        )
+    return circles
+
+
+def _drawn_circle(file: Path) -> tuple[float, float, float]:
+    """Read x, y and radius in px."""
+    arrays = read_npz(file)
+    try:
+        numbers = np.array([*arrays["center"].ravel(), *arrays["radius"].ravel()], float)
+        x, y, radius = (float(number) for number in numbers)
+    except (LookupError, TypeError, ValueError):
+        x = y = radius = math.nan
+    if not (math.isfinite(x + y) and 0 < radius < math.inf):
+        raise InputError(
+            f"{file} has no circle: it should hold 'center', x and y in px, and a positive 'radius'"
+        )
+    return x, y, radius
 
 
 def _check_circle(

@@ -1,4 +1,4 @@
-"""Arrays in NPZ files: quantities, and references."""
+"""Arrays in NPY and NPZ files: quantities, and references."""
 
 from __future__ import annotations
 
@@ -70,6 +70,31 @@ def read_npz(path: Path) -> dict[str, NDArray[Any]]:
     """
     path = Path(path)
     return npz_arrays(read_bytes(path), str(path))
+
+
+def read_npy(path: Path, kind: str) -> NDArray[Any]:
+    """Read the array of a ``.npy`` file, without pickles.
+
+    Parameters
+    ----------
+    path : Path
+    kind : {"f", "i"}
+        Floating or whole numbers.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or holds other values than finite numbers of this kind.
+    """
+    try:
+        array = np.load(io.BytesIO(read_bytes(path)), allow_pickle=False)
+        numbers = isinstance(array, np.ndarray) and array.dtype.kind == kind
+    except (ValueError, EOFError, MemoryError) as error:
+        raise InputError(f"{path} is no .npy file of an array; restore it from a copy") from error
+    if not numbers or not array.size or not np.isfinite(array).all():
+        words = {"f": "finite", "i": "whole"}[kind]
+        raise InputError(f"{path} holds other values than {words} numbers; restore it from a copy")
+    return np.asarray(array)
 
 
 def npz_arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:

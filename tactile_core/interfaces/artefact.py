@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, field_validator
 
@@ -49,7 +49,15 @@ class Artefact(ABC):
 
     A bundle stores each artefact in its own folder under the class name that the hook
     ``tactile_artefacts`` registers.
+
+    Attributes
+    ----------
+    noun, command : str
+        What it is, and the command of ``tactile`` that fits it, for messages.
     """
+
+    noun: ClassVar[str] = "model"
+    command: ClassVar[str] = "calibrate"
 
     @abstractmethod
     def save(self, directory: Path) -> None:

@@ -85,11 +85,15 @@ class Calibrator(ABC):
     fits : {"slopes", "heights"}
         Which ground truth of the pixels the fit uses. Slopes are known in the inner part of a
         contact, heights in all of it: the press of a calibrator of heights reaches the rim.
+    refusal : str
+        For a sensor whose light measures no slopes: a sentence that says so and what to do
+        instead. Empty for any other.
     """
 
     Options: ClassVar[type[BaseModel]] = Options
     compensation: ClassVar[Compensation] = "channel"
     fits: ClassVar[Literal["slopes", "heights"]] = "slopes"
+    refusal: ClassVar[str] = ""
 
     def __init__(self, options: BaseModel) -> None:
         self.options = options

@@ -155,6 +155,9 @@ class ForceSamples:
 class ForceModel(Quantity, Artefact):
     """A model that a bundle holds and that the pipeline gives to its step with each frame."""
 
+    noun: ClassVar[str] = "force model"
+    command: ClassVar[str] = "calibrate-force"
+
     @abstractmethod
     def forces(self, features: Float64) -> tuple[Float64, Float64]:
         """Predict forces from features.

@@ -26,6 +26,10 @@ class Markers(Section):
         default="dark",
         description="Whether markers (dots, rings, pins) are darker or brighter than the gel.",
     )
+    count: PositiveInt | None = Field(
+        default=None,
+        description="Number of markers in view; null: as many as fill the image at that pitch.",
+    )
 
     @field_validator("diameter_mm")
     @classmethod
@@ -198,6 +202,11 @@ class Coat(Section):
         default=0.0,
         description="Light that the gel surface loses per mm of indentation: exp(−absorption · "
         "height) remains. 0 for an opaque coating; sensors that measure darkness have about 1.",
+    )
+    scatters: Literal["surface", "volume"] = Field(
+        default="surface",
+        description="Where light turns back to the camera. From the volume of a translucent gel it "
+        "depends on the height alone, by absorption_per_mm, and no slope shades it.",
     )
     ink: Annotated[float, Field(ge=0, le=100)] | None = Field(
         default=None,

@@ -12,7 +12,6 @@ from typing import Any, ClassVar, Protocol, TypeVar, overload
 from pydantic import BaseModel
 
 from tactile_core.errors import InputError
-from tactile_core.formats.folders import make_folder
 from tactile_core.formats.text import plain
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.device import Options
@@ -270,6 +269,8 @@ class Sink(ABC):
             raise InputError(f"the sink {type(self).__name__} writes files; name a folder for them")
         serial = self.session.serial
         name = self.session.build.name if serial is None else f"{self.session.build.name}-{serial}"
+        from tactile_core.formats.folders import make_folder  # only where something is written
+
         path = folder.path / f"{name}{self.session_ending}"
         if os.path.lexists(path):
             raise InputError(

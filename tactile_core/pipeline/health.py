@@ -125,6 +125,10 @@ def exposure_warnings(frame: Frame, reference: Reference | None) -> tuple[str, .
 
     What is dark in the reference too, such as the corners of a lens, needs no longer exposure.
     """
+    # a thresholded image has no exposure: all of its intensities are 0 or full scale
+    shares = frame.saturated_share, frame.too_dark_share
+    if min(shares) > 0 and sum(shares) > 1 - 1e-6:
+        return ()
     saturation = saturation_warning(frame)
     warnings = [saturation] if saturation else []
     always = 0.0 if reference is None else reference.too_dark_share
@@ -159,10 +163,10 @@ def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> 
     others = [name for name in left_out if name not in (*unreferenced, *unfitted)]
     no_reference = "no reference", "give --reference, a recording of the undeformed sensor"
     no_bundle = "no bundle", "make one with 'tactile calibrate' and give it with --bundle"
-    no_force = "no force model in a bundle", "fit one with 'tactile calibrate-force'"
+    models = {kind: [n for n in unfitted if left_out[n] is kind] for kind in left_out.values()}
     reasons = [
         (unreferenced, no_reference),
-        (unfitted, no_force),
+        *((steps, _no_model(kind)) for kind, steps in models.items() if issubclass(kind, Artefact)),
         (others, no_reference if bundled else no_bundle),
     ]
     return [
@@ -170,6 +174,10 @@ def left_out_notes(left_out: Mapping[str, type[Quantity]], *, bundled: bool) -> 
         for steps, (why, remedy) in reasons
         if steps
     ]
+
+
+def _no_model(kind: type[Artefact]) -> tuple[str, str]:
+    return f"no {kind.noun} in a bundle", f"fit one with 'tactile {kind.command}'"
 
 
 def not_given(step: str, kind: type[Quantity]) -> str:

@@ -36,7 +36,7 @@ def reference_path(reference: Path | str | None) -> Path | None:
 
 
 class InitialReference:
-    """The reference as the user gave it, or that of a recording; the bundle's if there is neither.
+    """The reference as the user gave it, or that of a recording; the bundle's if there is none.
 
     Parameters
     ----------
@@ -44,6 +44,8 @@ class InitialReference:
     given : Reference, path, "first" or None
     recorded : RecordedSource or None
         The recording that is measured, if a sensor wrote it.
+    otherwise : "first" or None
+        Taken if there is neither.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class InitialReference:
         profile: Profile,
         given: Reference | Path | str | None,
         recorded: RecordedSource | None,
+        otherwise: str | None = None,
     ) -> None:
         if is_word(given, MEDIAN):
             raise InputError(
@@ -63,6 +66,8 @@ class InitialReference:
         self._wanted = given
         if given is None and recorded is not None:
             self._wanted = recorded.own_reference()
+        if self._wanted is None:
+            self._wanted = otherwise
         if not isinstance(self._wanted, str | Path):
             check_reference(self._wanted)
 

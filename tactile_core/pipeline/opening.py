@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from tactile_core.bundles.bundle import Bundle, check_serial, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import check_serial, find_place
 from tactile_core.errors import InputError, TactileError
 from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
@@ -47,7 +48,8 @@ def open_sensor(
     gel : str, optional
         Name of the gel on the unit; selects the bundle made with it and refuses any other.
     bundle : Bundle or path, optional
-        The calibration. Default: the bundle in the user's data directory, if there is one.
+        The calibration. Default: the bundle in the user's data directory, if there is one, else
+        the starting calibration of the profile, which measures coarsely.
     input : path, optional
         A recording to measure instead of the profile's camera.
     reference : Reference, path, "first" or "median", optional
@@ -104,8 +106,8 @@ def open_sensor(
 
         bundle = bundle_of(session, Path(input or ""))
     if bundle is None:
-        place = default_place(resolved, serial, gel)
-        bundle = Bundle.load(place) if place.is_dir() else None
+        place = find_place(resolved, serial, gel)
+        bundle = None if place is None else Bundle.load(place)
     elif not isinstance(bundle, Bundle):
         bundle = Bundle.load(Path(bundle))
     if gel is not None and bundle is not None:

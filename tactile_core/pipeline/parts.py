@@ -174,8 +174,8 @@ class PipelineParts:
 
     @cached_property
     def gel_check(self) -> GelCheck | None:
-        """Compares frames with the reference; None without one."""
-        if self.conditioning.reference is None:
+        """Compares frames with the reference; None without one, or without any photometry."""
+        if self.conditioning.reference is None or calibrator_of(self.profile.calibration).refusal:
             return None
         from tactile_core.conditioning.gel_check import GelCheck
 

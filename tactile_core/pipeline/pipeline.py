@@ -92,6 +92,9 @@ class Pipeline:
         self.conditioning = self._parts.conditioning
         self.reference = self._parts.reference
         self.notes = (*of_bundle, *self._parts.notes)
+        # each reading says that its height is coarse
+        coarse = self.bundle is not None and bool(self.bundle.manifest.starting)
+        self._lasting = tuple(of_bundle) if coarse else ()
         self._used = self._tares = False
 
     def frame(self, *images: Pixels, timestamp_s: float = 0.0, source: str = "") -> Frame:
@@ -177,7 +180,10 @@ class Pipeline:
             if not isinstance(shown, ShownGel) or shown.this_gel:
                 measured_only[ShownGel] = ShownGel(False, "unknown", frame.timestamp_s)
         latency_ms = 1e3 * (perf_counter() - start)
-        warnings = [*(self.notes if first else ()), *exposure_warnings(raw, self.reference)]
+        warnings = [
+            *(self.notes if first else self._lasting),
+            *exposure_warnings(raw, self.reference),
+        ]
         for name, kind in result.left_out.items():
             if kind in external:
                 warnings.append(not_given(name, kind))

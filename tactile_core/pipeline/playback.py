@@ -100,13 +100,12 @@ def played_back(profile: Profile, path: Path) -> Playback:
     count = images_per_observation(profile)
     recording = open_recording(path, images_per_observation=count)
     notes: tuple[str, ...] = ()
-    recorded = recording.recorded
+    recorded, image = recording.recorded, profile.image
+    if recording.crop is None:
+        image, notes = _as_recorded(profile, recording.size_px, path)
     if recorded is not None:
-        notes = (*check_same_sensor(profile, recorded.session, path), *recorded.notes)
-    image = profile.image
-    if recorded is None and recording.crop is None:
-        image, rectified = _as_recorded(profile, recording.size_px, path)
-        notes = (*notes, *rectified)
+        as_seen = profile.model_copy(update={"image": image})
+        notes = (*notes, *check_same_sensor(as_seen, recorded.session, path), *recorded.notes)
     if recording.crop is not None:
         image = image.model_copy(update={"crop": recording.crop})
     if recording.mm_per_px is not None:

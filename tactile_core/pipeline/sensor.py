@@ -16,7 +16,7 @@ from tactile_core.interfaces.device import Closing
 from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.frame_source import FrameSource, Measurement
 from tactile_core.pipeline.health import Health
-from tactile_core.pipeline.initial_reference import InitialReference
+from tactile_core.pipeline.initial_reference import FIRST, InitialReference
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Quantity, Reference
@@ -71,7 +71,10 @@ class Sensor(Closing):
         self.profile = profile
         self.serial, self._gel, self._bundle = serial, gel, bundle
         self.damage = () if self._recorded is None else self._recorded.damage
-        self._reference = InitialReference(profile, reference, self._recorded)
+        starting = bundle is not None and bundle.reference is None and bundle.manifest.starting
+        self._reference = InitialReference(
+            profile, reference, self._recorded, FIRST if starting else None
+        )
         self._source = FrameSource(profile, timeout_s, reconnect_s)
         self.camera = self._source.camera
         self._measurement = Measurement(self._source)

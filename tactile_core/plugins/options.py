@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from tactile_core.errors import ProfileError
+from tactile_core.errors import CalibrationError, ProfileError
 from tactile_core.interfaces.calibration import Calibration, Calibrator, Press
 from tactile_core.interfaces.component import Component
 from tactile_core.interfaces.illumination import Light
@@ -61,6 +61,20 @@ def calibrator_of(component: Component, instead: str | None = None) -> Calibrato
     options = options_of(cls, component if instead is None else Component(use=instead))
     with blame(_PART, cls):
         return cls(options)
+
+
+def fittable_calibrator(component: Component, instead: str | None = None) -> Calibrator:
+    """Make the calibrator of a sensor that is to be calibrated; see :func:`calibrator_of`.
+
+    Raises
+    ------
+    CalibrationError
+        The light of this sensor measures no slopes.
+    """
+    calibrator = calibrator_of(component, instead)
+    if calibrator.refusal:
+        raise CalibrationError(calibrator.refusal)
+    return calibrator
 
 
 def fitted_by(

@@ -40,7 +40,7 @@ class Checked:
     ----------
     problems : tuple of Problem
     settings : dict
-        The profile as plain values, with absolute paths in the components' options.
+        The profile as plain values, with absolute paths.
     """
 
     problems: tuple[Problem, ...]
@@ -97,6 +97,9 @@ def check_components(source: Source) -> Checked:
                 found = problems_of(mistakes, tree, _with_components(kind, model), keys)
             _settings_at(settings, keys).update(options)
         problems += found
+    start = tree.get("starting_bundle")
+    if start is not None:
+        settings["starting_bundle"] = _with_paths(start, Path)
     return Checked(tuple(problems), settings)
 
 

@@ -149,9 +149,11 @@ _OVERRIDES = Place(Path("overrides"))
 
 _SIM = Place(Path("virtual sensor"))  # position of what the overlay below sets
 
-# Overlay of every virtual sensor: its camera delivers the rectified image directly.
+# Overlay of every virtual sensor: its camera delivers the rectified image directly, and its light
+# is not that of the real ones.
 _VIRTUAL: Mapping[str, Any] = {
     "camera": {"use": VIRTUAL_CAMERA},
+    "starting_bundle": None,
     "image": {"crop": None, "lens": None, "warp": None, "flip": "none", "rotate_deg": 0},
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
@@ -49,6 +50,11 @@ class Profile(Section):
     calibration: Component = Field(
         default_factory=lambda: Component(use="core.automatic"),
         description="The calibrator: 'tactile calibrate' fits its model of intensity to slope.",
+    )
+    starting_bundle: Path | None = Field(
+        default=None,
+        description="Folder of the starting calibration, relative to this file: it measures a "
+        "unit coarsely before that is calibrated.",
     )
     estimators: dict[str, Component] = Field(
         default_factory=dict, description="The steps after the calibration, in order."

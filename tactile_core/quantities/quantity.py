@@ -309,6 +309,10 @@ class Quantity:
                 found.setdefault(field.spec.saved_as, []).append(getattr(self, field.name))
         return {name: values[0] if len(values) == 1 else values for name, values in found.items()}
 
+    def text(self) -> str:
+        """Return the words for a line of ``tactile run``; empty by default."""
+        return ""
+
     def warnings(self) -> tuple[str, ...]:
         """Return messages that a reading passes on to the user."""
         return ()

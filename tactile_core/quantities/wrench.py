@@ -9,13 +9,16 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.algorithms.arrays.types import Float32, Float64
+from tactile_core.algorithms.arrays.types import Bool, Float32, Float64
 from tactile_core.quantities.fields import FieldSpec, TimestampS
 from tactile_core.quantities.quantity import Quantity
 
 _N, _NMM = FieldSpec("N", saved_as="wrench"), FieldSpec("N·mm", saved_as="wrench")
 _STD_N = FieldSpec("N", saved_as="wrench_std", std_of="wrench")
 _STD_NMM = FieldSpec("N·mm", saved_as="wrench_std", std_of="wrench")
+
+# Standard deviation in N or N·mm of a component that is not measured, and is 0
+UNKNOWN_LOAD = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,12 @@ class Wrench(Quantity):
         """(4,) float64 standard deviations of :attr:`values`; None if they are unknown."""
         found = self.fx_std_n, self.fy_std_n, self.fz_std_n, self.tz_std_nmm
         return None if None in found else np.array(found, np.float64)
+
+    @property
+    def measured(self) -> Bool:
+        """(4,) bool: the component is measured; another one is 0 and nothing is known of it."""
+        std = self.std
+        return np.ones(4, np.bool_) if std is None else std < UNKNOWN_LOAD
 
     def about(self, point_mm: tuple[float, float]) -> Wrench:
         """Return the same load with its torque about the z axis through another point.

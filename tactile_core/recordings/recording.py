@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from tactile_core.errors import InputError
-from tactile_core.formats.catalog import Catalog, find_catalog
+from tactile_core.formats.catalog import Catalog, find_catalog, place_name
 from tactile_core.formats.files import regular, status
 from tactile_core.formats.images import IMAGE_SUFFIXES, ImageKind, image_kind
 from tactile_core.formats.scan import SCAN_FILE, Crop, Scan, read_scan
@@ -238,7 +238,7 @@ def _open_catalogue(folder: Path, catalog: Catalog, count: int) -> Recording:
         images = _images_among(_visible(folder / place))
         # folders written by gs_sdk hold drawings beside the image
         images = [image for image in images if image.stem == _GS_SDK_IMAGE] or images
-        name = place.replace("/", "_")
+        name = place_name(place)
         if count > 1 or len(images) == 1:
             paths = _check_count(folder / place, tuple(images), count)
             observations.append(Files(name, paths))

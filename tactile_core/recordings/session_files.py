@@ -135,7 +135,9 @@ def own_reference(session: RecordedSession, path: Path) -> Reference | None:
 
 def profile_text(profile: Profile) -> str:
     """Return a profile as YAML that needs no other file, without secrets in addresses."""
-    return yaml_text(hide_secrets(profile.model_dump(mode="json", by_alias=True)))
+    # the recording has the bundle itself
+    values = profile.model_dump(mode="json", by_alias=True, exclude={"starting_bundle"})
+    return yaml_text(hide_secrets(values))
 
 
 def profile_of(session: RecordedSession, path: Path) -> Profile:

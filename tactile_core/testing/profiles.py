@@ -12,11 +12,13 @@ from itertools import islice
 
 import numpy as np
 
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.calibration.virtual_unit import virtual_unit
 from tactile_core.formats.yaml_tree import Node, read_yaml
 from tactile_core.pipeline.initial_reference import FIRST
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sensor import Sensor
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.profiles.loader import list_profiles, load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.testing.checks import Suite, check
@@ -81,10 +83,34 @@ class ProfileChecks(Suite):
             )
 
     @check("profile")
+    def test_starting_bundle(self, profile: ProfileFile) -> None:
+        """The starting calibration that it names is one, and measures images of its size."""
+        loaded = self._load_profile(profile)
+        if loaded.starting_bundle is None:
+            return
+        with report_errors(
+            profile,
+            "its starting bundle cannot be used",
+            why="a sensor that is not calibrated cannot be opened",
+            do="make it with 'tactile starting-calibration', and name its folder",
+        ):
+            bundle = Bundle.load(loaded.starting_bundle)
+            bundle.check(loaded)
+        whose = "" if bundle.manifest.starting else "its starting bundle is that of one unit"
+        report(
+            profile,
+            whose,
+            why="every unit would be measured as if it were that one",
+            do="make it with 'tactile starting-calibration'",
+        )
+
+    @check("profile")
     def test_pipeline(self, profile: ProfileFile) -> None:
         """Every step of its pipeline measures a virtual press, also after pickling."""
         loaded = self._load_profile(profile)
         simulator()
+        if calibrator_of(loaded.calibration).refusal:
+            raise CannotCheck("no virtual press of a ball calibrates this sensor")
         if full_rig(loaded) is None:
             raise CannotCheck("no virtual press can be rendered with this illumination")
         with report_errors(

@@ -233,6 +233,7 @@ class Registered:
         CannotCheck
             The fit fails.
         """
+        self.skip_refusing(part)
         if part not in self._fits:
             try:
                 self._fits[part] = self.fit(part)
@@ -242,6 +243,17 @@ class Registered:
         if not isinstance(fitted, Calibration):
             raise CannotCheck(f"see the check 'fit': {fitted}")
         return fitted
+
+    def skip_refusing(self, part: Part) -> None:
+        """Leave out the checks of a calibrator that never fits anything.
+
+        Raises
+        ------
+        CannotCheck
+            It is one.
+        """
+        if self.class_of(part).refusal:
+            raise CannotCheck("its sensor measures no slopes, as it says itself")
 
     def _given_options(self, part: Part) -> Mapping[str, Any]:
         if part.use in self._options:

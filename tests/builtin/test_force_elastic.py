@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tactile_core.builtin.force_elastic import ElasticForce, ElasticForceOptions
-from tactile_core.errors import InputError
-from tactile_core.interfaces.estimator import SensorContext
+from tactile_core.builtin.force_elastic import ElasticForce, ElasticForceOptions, GelStiffness
+from tactile_core.errors import CalibrationError, InputError
+from tactile_core.interfaces.estimator import ForceSamples, SensorContext
 from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import (
     ContactMask,
@@ -20,6 +21,7 @@ from tactile_core.quantities import (
     HeightMap,
     Wrench,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 from tactile_sim.stage import VirtualStage
 from tactile_sim.truth import TrueState
 
@@ -52,7 +54,11 @@ def step(stage: VirtualStage) -> ElasticForce:
 
 
 def both(
-    step: ElasticForce, truth: TrueState, timestamp_s: float = 1.5, wall_time_s: float = 0.0
+    step: ElasticForce,
+    truth: TrueState,
+    timestamp_s: float = 1.5,
+    wall_time_s: float = 0.0,
+    stiffness: GelStiffness | None = None,
 ) -> tuple[Wrench, ContactStress]:
     height, width = truth.height_mm.shape
     black = np.zeros((height, width, 3), np.uint8)
@@ -60,6 +66,7 @@ def both(
     frame = Frame(black, ("r", "g", "b"), truth.mm_per_px, **stamps)
     everywhere = np.ones(truth.height_mm.shape, np.bool_)
     return step.estimate(
+        stiffness,
         frame,
         HeightMap(truth.height_mm, everywhere, truth.mm_per_px, timestamp_s),
         ContactMask(truth.contact, truth.mm_per_px),
@@ -222,6 +229,7 @@ def test_specks_smaller_than_a_cell_are_no_contact(stage: VirtualStage, step: El
     specks = np.zeros(size, np.bool_)
     specks[4::12, 6::12] = specks[5::12, 6::12] = True
     wrench, _ = step.estimate(
+        None,
         Frame(np.zeros((*size, 3), np.uint8), ("r", "g", "b"), truth.mm_per_px),
         HeightMap(np.full(size, 0.05, np.float32), everywhere, truth.mm_per_px),
         ContactMask(specks, truth.mm_per_px),
@@ -229,3 +237,79 @@ def test_specks_smaller_than_a_cell_are_no_contact(stage: VirtualStage, step: El
     )
     assert not wrench.values.any()
     assert wrench.fz_std_n == pytest.approx(0.03)
+
+
+def unmarked(step: ElasticForce, truth: TrueState, stiffness: GelStiffness | None = None) -> Wrench:
+    """Measure what a gel without markers shows."""
+    frame, height, contact = seen(truth)
+    return step.estimate(stiffness, frame, height, contact, None)[0]
+
+
+def seen(truth: TrueState) -> tuple[Frame, HeightMap, ContactMask]:
+    shape = truth.height_mm.shape
+    return (
+        Frame(np.zeros((*shape, 3), np.uint8), ("r", "g", "b"), truth.mm_per_px),
+        HeightMap(truth.height_mm, np.ones(shape, np.bool_), truth.mm_per_px),
+        ContactMask(truth.contact, truth.mm_per_px),
+    )
+
+
+def test_a_gel_without_markers_shows_the_normal_force_alone(
+    step: ElasticForce, sheared: TrueState
+) -> None:
+    found = unmarked(step, sheared)
+    assert found.fz_n == pytest.approx(sheared.wrench[2], rel=0.1)
+    assert not found.values[[0, 1, 3]].any()
+    assert found.std is not None
+    np.testing.assert_array_equal(found.std[[0, 1, 3]], UNKNOWN_LOAD)
+
+
+@pytest.mark.parametrize(("modulus", "thickness"), [(3.0, 1.0), (0.5, 1.1), (1.0, 0.9)])
+def test_one_weight_corrects_a_wrong_gel(
+    stage: VirtualStage, sheared: TrueState, modulus: float, thickness: float
+) -> None:
+    gel = stage.profile.gel
+    assert gel.shear_modulus_mpa is not None
+    assert gel.thickness_mm is not None
+    wrong = made(
+        stage,
+        shear_modulus_mpa=modulus * gel.shear_modulus_mpa,
+        thickness_mm=thickness * gel.thickness_mm,
+    )
+    stage.reset()
+    stage.indenter("flat", diameter_mm=7.0)
+    stage.press(depth_mm=0.2)
+    weight = stage.truth()
+    features = wrong.features(*seen(weight), None)
+    one = ForceSamples(
+        "weight", features[None], np.array([[np.nan, np.nan, weight.wrench[2], np.nan]])
+    )
+    stiffness = wrong.fit([one])
+    found = unmarked(wrong, sheared, stiffness)
+    assert found.fz_n == pytest.approx(sheared.wrench[2], rel=0.2)
+    assert found.fz_std_n is not None
+    assert abs(found.fz_n - sheared.wrench[2]) < 2.5 * found.fz_std_n < 0.3 * found.fz_n
+
+
+def test_without_a_weight_the_deviation_has_the_doubt_about_the_modulus(
+    stage: VirtualStage, sheared: TrueState
+) -> None:
+    doubted = made(stage, {"modulus_tolerance": 0.7})
+    found = unmarked(doubted, sheared)
+    assert found.fz_std_n is not None
+    assert 0.7 < found.fz_std_n / found.fz_n < 0.9
+    assert doubted.fit([]).std == 0.7
+
+
+def test_a_stiffness_is_saved_and_read_again(tmp_path: Path) -> None:
+    GelStiffness(1.5, 0.08).save(tmp_path)
+    again = GelStiffness.load(tmp_path)
+    assert (again.factor, again.std) == (1.5, 0.08)
+    (tmp_path / "stiffness.npz").write_bytes(b"no zip")
+    with pytest.raises(CalibrationError, match="calibrate-force"):
+        GelStiffness.load(tmp_path)
+
+
+def test_weights_that_leave_no_contact_are_refused(step: ElasticForce) -> None:
+    with pytest.raises(CalibrationError, match="no contact"):
+        step.fit([ForceSamples("light", np.zeros((1, 1)), np.array([[0.0, 0.0, 1.0, 0.0]]))])

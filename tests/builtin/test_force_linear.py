@@ -11,7 +11,6 @@ import pytest
 from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.builtin.force_linear import (
     FEATURES,
-    UNKNOWN,
     LinearForce,
     LinearForceModel,
     fitted_linear_model,
@@ -30,6 +29,7 @@ from tactile_core.quantities import (
     MarkerField,
     RelativeLoad,
 )
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 PX_MM = 0.5
 ROWS, COLUMNS = 24, 32
@@ -165,7 +165,7 @@ def test_a_load_alone_becomes_a_force_that_rises_with_it(step: LinearForce) -> N
     assert [one.fz_n for one in found] == pytest.approx(list(3 * loads + 0.5 * loads**2), abs=0.05)
     assert (np.diff([one.fz_n for one in found]) >= 0).all()
     assert found[3].fx_n == 0
-    assert found[3].fx_std_n == UNKNOWN
+    assert found[3].fx_std_n == UNKNOWN_LOAD
 
 
 def test_depth_and_contact_give_normal_force(step: LinearForce) -> None:

@@ -11,7 +11,7 @@ import pytest
 from support.bundles_on_disk import edit
 from support.virtual_lab import VirtualLab
 
-from tactile_core.bundles.bundle import Bundle, check_serial, default_place
+from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import (
     FORMAT,
     Manifest,
@@ -19,6 +19,7 @@ from tactile_core.bundles.manifest import (
     read_manifest,
     write_manifest,
 )
+from tactile_core.bundles.places import check_serial, default_place
 from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.npz import read_npz, write_npz
 
@@ -62,6 +63,21 @@ def test_learned_light_directions_are_those_of_the_lights(lab: VirtualLab) -> No
 def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
     with pytest.raises(CalibrationError, match="serial 0007, not 0008"):
         Bundle.load(lab.bundle).check(lab.profile, "0008")
+
+
+def test_a_starting_bundle_is_of_every_unit_and_says_so(lab: VirtualLab) -> None:
+    bundle = Bundle.load(lab.bundle)
+    manifest = bundle.manifest.model_copy(update={"starting": "15 virtual units of this design"})
+    starting = replace(bundle, manifest=manifest)
+    scale = lab.profile.image.model_copy(update={"mm_per_px": 0.2})
+    other = lab.profile.model_copy(update={"name": "mine", "image": scale})
+    (note,) = starting.check(other, "0008")
+    assert "not calibrated" in note
+    assert "15 virtual units of this design" in note
+    assert "tactile calibrate mine" in note
+    smaller = scale.model_copy(update={"width_px": 80})
+    with pytest.raises(CalibrationError, match="image size"):
+        starting.check(lab.profile.model_copy(update={"image": smaller}))
 
 
 @pytest.mark.parametrize(

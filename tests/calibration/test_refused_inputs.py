@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from support.virtual_lab import BALL_MM, VirtualLab
 
+from tactile_core.builtin.mlp import AutomaticCalibrator
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.result import Calibrated
 from tactile_core.errors import CalibrationError, InputError
@@ -134,3 +135,25 @@ def test_presses_of_a_turned_camera_end_with_what_is_wrong(lab: VirtualLab, reco
     cv2.imwrite(str(reference), np.asarray(cv2.imread(str(reference)))[::-1, ::-1])
     with pytest.raises(CalibrationError, match="turned against the reference"):
         calibrate(lab.profile, recorded / "presses", reference, ball_diameter_mm=BALL_MM)
+
+
+def test_a_sensor_whose_light_measures_no_slopes_is_not_calibrated(
+    lab: VirtualLab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline = Pipeline(lab.profile, None, read_reference(lab.profile, lab.reference))
+    assert pipeline.gel_check is not None
+    why = "this sensor has pins and no photometry"
+    monkeypatch.setattr(AutomaticCalibrator, "refusal", why)
+    with pytest.raises(CalibrationError, match=why):
+        calibrate(lab.profile, lab.presses, lab.reference, ball_diameter_mm=BALL_MM)
+    again = Pipeline(lab.profile, None, read_reference(lab.profile, lab.reference))
+    assert again.gel_check is None  # there is no light of a gel to compare
+    trained = calibrate(
+        lab.profile,
+        lab.presses,
+        lab.reference,
+        ball_diameter_mm=BALL_MM,
+        model="core.polynomial",
+        scored=False,
+    )
+    assert trained.bundle.calibration is not None

@@ -72,6 +72,30 @@ def test_each_device_has_its_profiles_its_unit_and_who_holds_it(
     ]
 
 
+@pytest.mark.parametrize(
+    ("product", "usb_id", "serial", "profile"),
+    [
+        ("GelSight Mini R0B 2BNN-4ZE7", "0c45:636d", "2BNN4ZE7", "gelsight_mini"),
+        ("DIGIT", "2833:0209", "D20123", "digit"),
+    ],
+)
+def test_a_sensor_of_a_shop_is_listed_with_model_serial_and_profile(
+    desk: Desk,
+    capsys: pytest.CaptureFixture[str],
+    product: str,
+    usb_id: str,
+    serial: str,
+    profile: str,
+) -> None:
+    desk.plug("core.uvc", ConnectedDevice("/dev/video0", product, usb_id, serial, "1-1"))
+    # webcams share the id of a GelSight Mini
+    desk.plug("core.uvc", ConnectedDevice("/dev/video2", "USB 2.0 Camera", "0c45:636d", "", "1-2"))
+    _, line, other = run(capsys)[1].splitlines()
+    assert line.split()[:3] == [usb_id, "1-1", serial]
+    assert profile in line.split(product)[1]
+    assert profile not in other
+
+
 def test_a_camera_on_the_network_has_no_usb_id(
     desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -94,3 +95,18 @@ def test_fewer_frames_than_asked_for_are_said(capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().err == ""
     print_if_fewer(27, 60)
     assert "only 27 of the 60 frames" in capsys.readouterr().err
+
+
+@dataclass(frozen=True, eq=False)
+class Temperature(Quantity):
+    """A plugin's quantity, with words of its own."""
+
+    kelvin: float
+
+    def text(self) -> str:
+        return f"{self.kelvin:.1f} K"
+
+
+def test_a_quantity_of_a_plugin_prints_its_own_words() -> None:
+    assert ", 293.2 K, " in words(Temperature(293.16))
+    assert "K" not in words(markers())

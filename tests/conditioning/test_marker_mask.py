@@ -52,3 +52,18 @@ def test_the_mask_covers_the_markers_and_little_else() -> None:
     assert marked.marker_mask.mean() < 2 * printed.mean()
     whole = ~found.detect(marked).truncated
     assert np.count_nonzero(whole) == 4 * 6
+
+
+def test_markers_that_fill_part_of_the_view_are_counted() -> None:
+    y, x = np.mgrid[:90, :120]
+    dots = np.hypot((x % 20) - 10, (y % 20) - 10) <= 4
+    white = np.where(dots & (x < 60) & (y < 60), 200, 90).astype(np.uint8)
+    reference = Reference(white[..., np.newaxis], ("white",), 255)
+    few = Gel(markers=Markers(pitch_mm=1.0, diameter_mm=0.4, tone="bright", count=9))
+    finder = MarkerFinder.for_gel(SimpleNamespace(gel=few, image=IMAGE))
+    assert finder is not None
+    assert finder.explain_miscount(reference) == ""
+    assert finder.with_markers(few, IMAGE.mm_per_px).markers == few.markers
+    said = MarkerFinder("bright", 8.0, 20.0, count=24).explain_miscount(reference)
+    assert said.startswith("the reference shows 9 bright markers, and the profile says 24")
+    assert MarkerFinder("bright", 8.0, 20.0).explain_miscount(reference) != ""

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tactile_core.calibration.press_search import TARGET
 from tactile_core.errors import InputError
+from tactile_core.formats.images import write_png
 from tactile_core.formats.labels import read_labels
+from tactile_core.formats.npz import write_npz
+from tactile_core.recordings.recording import open_recording
 
 HEADER = "file,centre_x_px,centre_y_px,contact_radius_px\n"
 
@@ -50,6 +54,63 @@ def test_an_error_names_its_line(tmp_path: Path) -> None:
     assert "empty" in refusal(tmp_path, HEADER + ",1,2,3\n")
     assert refusal(tmp_path, HEADER + good + good).startswith(":3: a.png already has a circle")
     assert "CSV" in refusal(tmp_path, HEADER + '"a.png"x,1,2,3\n')
+
+
+def drawn(folder: Path, place: str, **arrays: object) -> None:
+    """Write a circle as gs_sdk's tool does, in the folder of its press."""
+    (folder / place).mkdir(parents=True)
+    write_npz(folder / place / "label.npz", arrays)  # type: ignore[arg-type]
+
+
+def catalogue(folder: Path, *places: str) -> None:
+    lines = ["experiment_reldir,diameter(mm)", *(f"{place},6.31" for place in places)]
+    (folder / "catalog.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_circles_in_the_folders_of_gs_sdk_are_keyed_as_their_images(tmp_path: Path) -> None:
+    catalogue(tmp_path, "6.310mm/0", "6.310mm/1", "6.310mm/10")
+    drawn(tmp_path, "6.310mm/0", center=[52.0, 80.5], radius=17)
+    drawn(tmp_path, "6.310mm/10", center=np.array([8, 9]), radius=np.int64(3))
+    (tmp_path / "6.310mm/1").mkdir()
+    for number in (0, 1, 10):
+        write_png(tmp_path / f"6.310mm/{number}/gelsight.png", np.zeros((2, 2), np.uint8))
+    circles = read_labels(tmp_path, size_px=(160, 120), largest_radius_px=20.0)
+    assert list(circles) == ["6.310mm_0", "6.310mm_10"]
+    assert set(circles) < {files.name for files in open_recording(tmp_path).files}
+    assert tuple(circles["6.310mm_0"].centre_px) == (52.0, 80.5)
+    assert circles["6.310mm_10"].contact_radius_px == 3.0
+
+
+@pytest.mark.parametrize(
+    ("arrays", "says"),
+    [
+        ({"center": [52.0, 80.0]}, "has no circle: it should hold 'center'"),
+        ({"line_center": [5, 8], "radius": 3}, "has no circle"),
+        ({"center": [52.0, 80.0, 1.0], "radius": 17}, "has no circle"),
+        ({"center": [np.nan, 80.0], "radius": 17}, "has no circle"),
+        ({"center": [52.0, 80.0], "radius": 0}, "has no circle"),
+        ({"center": ["a", "b"], "radius": 17}, "has no circle"),
+        ({"center": [160.0, 80.0], "radius": 17}, r"centre \(160, 80\) is outside the image"),
+        ({"center": [52.0, 80.0], "radius": 21}, "contact_radius_px 21 is more than the 20 px"),
+    ],
+)
+def test_an_impossible_circle_in_a_folder_names_its_file(
+    tmp_path: Path, arrays: dict[str, object], says: str
+) -> None:
+    catalogue(tmp_path, "6.310mm/0")
+    drawn(tmp_path, "6.310mm/0", **arrays)
+    with pytest.raises(InputError, match=says) as refused:
+        read_labels(tmp_path, size_px=(160, 120), largest_radius_px=20.0)
+    assert str(refused.value).startswith(str(tmp_path / "6.310mm/0/label.npz"))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_folder_without_circles_is_refused(tmp_path: Path) -> None:
+    for lists in (False, True):
+        if lists:
+            catalogue(tmp_path, "6.310mm/0")
+        with pytest.raises(InputError, match=r"has no circles: .*; give such a folder, or a CSV"):
+            read_labels(tmp_path)
 
 
 def test_recorded_labels_are_read(recordings: Path) -> None:

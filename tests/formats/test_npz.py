@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tactile_core.errors import InputError
-from tactile_core.formats.npz import read_npz, write_npz
+from tactile_core.formats.npz import read_npy, read_npz, write_npz
 
 
 def test_arrays_are_read_back_with_their_dtypes(tmp_path: Path) -> None:
@@ -95,3 +95,21 @@ def test_an_archive_that_unpacks_to_gigabytes_is_rejected(tmp_path: Path) -> Non
 
 def test_control_characters_in_an_array_name_are_escaped(tmp_path: Path) -> None:
     assert "\x1b" not in refusal(zipped(tmp_path / "a.npz", with_shape((9,), b""), "\x1b[31m.npy"))
+
+
+@pytest.mark.parametrize(
+    ("array", "kind"),
+    [(np.zeros(3), "i"), (np.zeros(3, int), "f"), (np.array([np.nan]), "f"), (np.zeros(0), "f")],
+)
+def test_a_single_array_of_other_values_is_rejected(
+    tmp_path: Path, array: np.ndarray, kind: str
+) -> None:
+    np.save(tmp_path / "a.npy", array)
+    with pytest.raises(InputError, match="other values"):
+        read_npy(tmp_path / "a.npy", kind)
+
+
+def test_a_single_pickled_object_is_rejected(tmp_path: Path) -> None:
+    (tmp_path / "a.npy").write_bytes(pickle.dumps({"a": 1}))
+    with pytest.raises(InputError, match=r"no \.npy file"):
+        read_npy(tmp_path / "a.npy", "f")

@@ -13,9 +13,11 @@ import pytest
 from hardware.guest import Unavailable, run_in_guest
 
 ROOT = Path(__file__).resolve().parents[2]
+# of this checkout, whichever the environment has installed
+PACKAGES = os.pathsep.join(map(str, (ROOT / "tests", ROOT, *sorted((ROOT / "plugins").iterdir()))))
 MODULES = ("vhci_hcd", "uvcvideo", "cdc_acm")
-SIZES = ("TACTILE_FRAMES", "TACTILE_OBSERVATIONS", "TACTILE_UNPLUGS")
-"""How many images, observations of six lights and unplugs the guest tries, if set."""
+SIZES = ("TACTILE_FRAMES", "TACTILE_OBSERVATIONS", "TACTILE_READINGS", "TACTILE_UNPLUGS")
+"""How many images, observations of six lights, readings and unplugs the guest tries, if set."""
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(900)]
 
@@ -31,12 +33,11 @@ def rig() -> Iterator[str]:
     """The ports of the emulated devices."""
     pytest.importorskip("usbip", reason="'pip install usbip' emulates USB devices")
     ports = [str(free_port()), str(free_port())]
-    path = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
     server = subprocess.Popen(
         [sys.executable, str(ROOT / "tests" / "hardware" / "usb_rig.py"), *ports],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": path},
+        env=os.environ | {"PYTHONPATH": PACKAGES},
     )
     assert server.stdin is not None
     assert server.stdout is not None
@@ -50,7 +51,7 @@ def test_cameras_and_lights_in_a_guest(rig: str, tmp_path: Path) -> None:
     asked = " ".join(f"{name}={os.environ[name]}" for name in SIZES if name in os.environ)
     files = os.environ.get("TACTILE_GUEST_TESTS", "tests/hardware/*_in_guest.py")
     command = (
-        f"{asked} TACTILE_RIG='{rig}' "
+        f"{asked} TACTILE_RIG='{rig}' PYTHONPATH='{PACKAGES}' "
         f"{sys.executable} -m pytest -p no:cacheprovider -p no:benchmark "
         f"-rA --tb=short --color=no -o addopts=--import-mode=importlib "
         f"{files}"

@@ -9,13 +9,12 @@ import json
 import socket
 import sys
 import threading
-from concurrent.futures import ThreadPoolExecutor
-from itertools import count
 
-import cv2
 import numpy as np
+from hardware.camera_model import C310, Mode
 from hardware.cdc_light_box import CdcLightBox
-from hardware.plugged import BOX, FIRST, HEIGHT, LIT, LIT_SCALE, WIDTH
+from hardware.gel_sensors import Shown, digit, gelsight_mini, jpeg
+from hardware.plugged import BOX, DIGITS, FIRST, FPS, HEIGHT, LIT, LIT_SCALE, MINI, WIDTH
 from hardware.webcam import Webcam
 from support.virtual_bench import COLUMNS, ROWS, Scene, Timing
 from usbip.transport import USBIP
@@ -25,17 +24,10 @@ from tactile_sim import VirtualStage
 PRESSED = 12
 """Different images of the gel, which are sent again and again."""
 
-QUALITY = 90
-"""JPEG quality at which an image of the gel takes about as much as a C310's, 30 to 60 kB."""
+LIT_SIZE = (COLUMNS * LIT_SCALE, ROWS * LIT_SCALE)
 
 TIMING = Timing(stamp_s=0.038)
 """Of the webcam that sees the lights: it sends an image once its last row is read out."""
-
-
-def jpeg(pixels: np.ndarray) -> bytes:
-    """Compress an image, (H, W) grey or (H, W, 3) in the order R, G, B."""
-    bgr = pixels[..., ::-1] if pixels.ndim == 3 else pixels[..., None].repeat(3, axis=2)
-    return bytes(cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1])
 
 
 def of_a_gel() -> list[bytes]:
@@ -49,18 +41,6 @@ def of_a_gel() -> list[bytes]:
         images.append(stage.frame())
     assert images[0].pixels.shape == (HEIGHT, WIDTH, 3)
     return [jpeg(image.pixels) for image in images]
-
-
-class GelView:
-    """What the first webcam sees; rendered while the guest starts."""
-
-    def __init__(self) -> None:
-        self._images = ThreadPoolExecutor().submit(of_a_gel)
-        self._number = count()
-
-    def __call__(self, now_s: float) -> bytes:
-        images = self._images.result()
-        return images[next(self._number) % len(images)]
 
 
 class LitView:
@@ -79,9 +59,11 @@ def serve(usb_port: int, control_port: int) -> None:
     """Serve the devices and answer requests, one JSON list a line, until the input ends."""
     scene = Scene()
     devices = {
-        FIRST: Webcam(FIRST, WIDTH, HEIGHT, GelView(), interval=3),
-        LIT: Webcam(LIT, COLUMNS * LIT_SCALE, ROWS * LIT_SCALE, LitView(scene), interval=2),
+        FIRST: Webcam(FIRST, C310, [Mode(WIDTH, HEIGHT, (FPS,), Shown(of_a_gel))], interval=3),
+        LIT: Webcam(LIT, C310, [Mode(*LIT_SIZE, (FPS,), LitView(scene))], interval=2),
         BOX: CdcLightBox(scene),
+        MINI: gelsight_mini(MINI),
+        **{serial: digit(serial) for serial in DIGITS},
     }
     transport = USBIP("127.0.0.1", usb_port)
     for device in devices.values():

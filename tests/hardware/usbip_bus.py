@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import socket
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hardware.plugged import WEBCAMS
@@ -77,12 +78,19 @@ class Bus:
         raise OSError("no port of the virtual controller is free")
 
 
-def webcams_are_there() -> bool:
-    """Whether both webcams have their device files."""
+def webcams_are_there(more: Sequence[str] = ()) -> bool:
+    """Whether both webcams, and these further cameras, have device files that open."""
     nodes = video_nodes()
-    return [node.serial for node in nodes] == list(WEBCAMS) and all(
-        Path(node.path).exists() for node in nodes
-    )
+    there = {node.serial for node in nodes} == {*WEBCAMS, *more}
+    return there and all(_opens(node.path) for node in nodes)
+
+
+def _opens(path: str) -> bool:
+    try:
+        os.close(os.open(path, os.O_RDWR | os.O_NONBLOCK))
+    except OSError:  # absent, or busy as long as the hub has others to attach or to detach
+        return False
+    return True
 
 
 def wait_for(condition: Callable[[], object]) -> None:

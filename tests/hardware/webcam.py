@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from itertools import count
 from threading import Condition, Thread
 from typing import Any
 
-from hardware.plugged import CAMERA, FPS, PROCESSING, numbered
+from hardware.camera_model import ControlSet, Mode, Model
+from hardware.plugged import CAMERA, PROCESSING, ZOOM, numbered, shaded
 from usbip.classes.device.uvc import (
     CS_INTERFACE,
     STREAM_EOF,
     STREAM_FID,
     UVC,
+    VS_FORMAT_MJPEG,
+    VS_FORMAT_UNCOMP,
+    VS_FRAME_MJPEG,
+    VS_FRAME_UNCOMP,
+    YUY2_GUID,
     VideoControl,
     VideoStreaming,
     _interface,
@@ -24,8 +30,18 @@ from usbip.device import USBDevice
 
 _SET = 0x01
 _GET_LENGTH, _GET_INFO = 0x85, 0x86
-_FIELDS = {0x81: "value", 0x82: "lowest", 0x83: "highest", 0x84: "step", 0x87: "value"}
+_FIELDS = {0x81: "reported", 0x82: "lowest", 0x83: "highest", 0x84: "step", 0x87: "default"}
 """Requests GET_CUR, GET_MIN, GET_MAX, GET_RES and GET_DEF (UVC 1.0, table A-8)."""
+
+_BITS = {
+    (CAMERA, 0x02): 1,
+    (CAMERA, 0x04): 3,
+    (CAMERA, ZOOM): 9,
+    (PROCESSING, 0x04): 9,
+    (PROCESSING, 0x0A): 6,
+    (PROCESSING, 0x0B): 12,
+}
+"""Bits by which the units say which controls they have (UVC 1.0, tables 3-6 and 3-8)."""
 
 _SET_INTERFACE, _NO_SPACE = b"\x01\x0b", -28
 """First bytes of that request (USB 2.0, section 9.4.10), and Linux's status of a full bus."""
@@ -35,33 +51,21 @@ _TRANSACTION_BYTES, _TRANSACTIONS = 1024, 3
 """Of an isochronous packet at high speed, at most (USB 2.0, section 5.6.3)."""
 
 
-class Control:
-    """One control of a camera, which clamps what it is set to."""
-
-    def __init__(self, size: int, value: int, lowest: int, highest: int, step: int = 1) -> None:
-        self.size, self.value = size, value
-        self.lowest, self.highest, self.step = lowest, highest, step
-
-
 class Controls(VideoControl):  # type: ignore[misc]
-    """Exposure, gain and white balance, automatic at first."""
+    """The controls of a camera's units."""
 
-    def __init__(self) -> None:
+    def __init__(self, controls: ControlSet) -> None:
         super().__init__()
-        self.controls = {
-            (CAMERA, 0x02): Control(1, 8, 0, 15, 9),  # exposure mode: aperture priority
-            (CAMERA, 0x04): Control(4, 156, 1, 5000),  # exposure, 100 µs
-            (PROCESSING, 0x04): Control(2, 64, 0, 255),  # gain
-            (PROCESSING, 0x0A): Control(2, 4000, 2800, 6500, 10),  # white balance, K
-            (PROCESSING, 0x0B): Control(1, 1, 0, 1),  # automatic white balance
-        }
+        self.controls = controls
 
     def descriptor_block(self) -> bytes:
         own, streaming = self.interface_number, self.interface_number + 1
-        exposure = (1 << 1 | 1 << 3).to_bytes(3, "little")
-        processing = 1 << 9 | 1 << 6 | 1 << 12
+        camera, processing = (
+            sum(1 << _BITS[control] for control in self.controls if control[0] == unit)
+            for unit in (CAMERA, PROCESSING)
+        )
         units = struct.pack("<BBBBHBBHHHB", 18, CS_INTERFACE, 2, 1, 0x0201, 0, 0, 0, 0, 0, 3)
-        units += exposure
+        units += camera.to_bytes(3, "little")
         units += struct.pack("<BBBBBHBHB", 11, CS_INTERFACE, 5, PROCESSING, 1, 0, 2, processing, 0)
         units += struct.pack("<BBBBHBBB", 9, CS_INTERFACE, 3, 2, 0x0101, 0, PROCESSING, 0)
         head = struct.pack(
@@ -79,7 +83,7 @@ class Controls(VideoControl):  # type: ignore[misc]
             control.value = min(max(asked, control.lowest), control.highest)
             return b""
         if request == _GET_INFO:
-            return b"\x03"
+            return bytes((control.info,))
         if request == _GET_LENGTH:
             return struct.pack("<H", control.size)
         if request not in _FIELDS:
@@ -103,16 +107,49 @@ class Streaming(VideoStreaming):  # type: ignore[misc]
         Time of a packet.
     """
 
-    def __init__(
-        self, width: int, height: int, picture: Callable[[float], bytes], interval: int
-    ) -> None:
-        super().__init__(width, height, FPS, ("mjpeg",))
+    def __init__(self, modes: Sequence[Mode], format: str, interval: int) -> None:
+        first = modes[0]
+        super().__init__(first.width, first.height, first.rates[0], (format,))
         self.packet_s = _MICROFRAME_S * 2 ** (interval - 1)
         self.sent = self.skipped = self.torn = 0
         self.stalled = False
-        self._picture, self._interval = picture, interval
+        self._modes, self._format, self._interval = modes, format, interval
         self._begun = 0
         self._due_s = 0.0
+
+    @property
+    def mode(self) -> Mode:
+        """What the host has chosen."""
+        return self._modes[self.cur_frame - 1]
+
+    @property
+    def rate_hz(self) -> float:
+        """Images a second that the host has chosen."""
+        return 1e7 / float(self.cur_interval)
+
+    def on_control(self, setup: Any, data: bytes = b"") -> bytes:
+        answer = bytes(super().on_control(setup, data))
+        self.max_frame_size = self.mode.bytes
+        return answer
+
+    def _format_blocks(self) -> bytes:
+        number = len(self._modes)
+        if self._format == "mjpeg":
+            kind, head = VS_FRAME_MJPEG, (11, CS_INTERFACE, VS_FORMAT_MJPEG, 1, number)
+            block = bytes((*head, 0, 1, 0, 0, 0, 0))
+        else:
+            kind, head = VS_FRAME_UNCOMP, (27, CS_INTERFACE, VS_FORMAT_UNCOMP, 1, number)
+            block = bytes((*head, *YUY2_GUID, 16, 1, 0, 0, 0, 0))
+        for index, mode in enumerate(self._modes, 1):
+            periods = [10_000_000 // rate for rate in mode.rates]
+            rates = [8 * mode.bytes * rate for rate in (min(mode.rates), max(mode.rates))]
+            block += struct.pack(
+                f"<BBBBBHHIIIIB{len(periods)}I",
+                26 + 4 * len(periods),
+                *(CS_INTERFACE, kind, index, 0, mode.width, mode.height, *rates, mode.bytes),
+                *(periods[0], len(periods), *periods),
+            )
+        return block + struct.pack("<BBBBBB", 6, CS_INTERFACE, 0x0D, 1, 1, 4)
 
     def adjust_for_speed(self, speed: int) -> None:
         self.video_in.mps = _TRANSACTIONS * _TRANSACTION_BYTES
@@ -151,10 +188,15 @@ class Streaming(VideoStreaming):  # type: ignore[misc]
         now_s = time.monotonic()
         if self.stalled or not self.streaming or now_s < self._due_s:
             return False
-        periods = int((now_s - self._due_s) * FPS)
+        periods = int((now_s - self._due_s) * self.rate_hz)
         self.skipped += periods
-        self._due_s += (periods + 1) / FPS
-        self._frame, self._pos = numbered(self._picture(now_s), self._begun), 0
+        self._due_s += (periods + 1) / self.rate_hz
+        picture, width = self.mode.picture(now_s), self.mode.width
+        compressed = self._format == "mjpeg"
+        marked = (
+            numbered(picture, self._begun) if compressed else shaded(picture, width, self._begun)
+        )
+        self._frame, self._pos = marked, 0
         if self.torn:
             self.torn -= 1
             self._frame = self._frame[: len(self._frame) // 2]
@@ -163,14 +205,13 @@ class Streaming(VideoStreaming):  # type: ignore[misc]
 
 
 class Webcam(USBDevice):  # type: ignore[misc]
-    """A webcam like Logitech's C310.
+    """A webcam of some model.
 
     Parameters
     ----------
     serial : str
-    width, height : int
-    picture : callable
-        Returns the JPEG of which the transmission begins at a time.
+    model : Model
+    modes : sequence of Mode
     interval : int
         ``bInterval`` of its endpoint. The kernel asks for 32 packets at a time: a larger interval
         means fewer requests, and coarser timestamps.
@@ -181,21 +222,18 @@ class Webcam(USBDevice):  # type: ignore[misc]
         Whether the bus has no bandwidth left for its images.
     """
 
-    def __init__(
-        self,
-        serial: str,
-        width: int,
-        height: int,
-        picture: Callable[[float], bytes],
-        interval: int = 1,
-    ) -> None:
+    def __init__(self, serial: str, model: Model, modes: Sequence[Mode], interval: int = 1) -> None:
         super().__init__(
-            0x046D, 0x081B, manufacturer="Logitech", product="HD Webcam C310", serial=serial
+            model.vendor_id,
+            model.product_id,
+            manufacturer=model.manufacturer,
+            product=model.product,
+            serial=serial,
         )
         self.set_speed(SPEED_HIGH)
-        function = UVC(width, height, FPS, formats=("mjpeg",))
-        self.controls = Controls()
-        self.streaming = Streaming(width, height, picture, interval)
+        function = UVC()
+        self.controls = Controls(model.controls())
+        self.streaming = Streaming(modes, model.format, interval)
         function.vc, function.vs = self.controls, self.streaming
         function._interfaces = [self.controls, self.streaming]
         for interface in function._interfaces:
@@ -237,6 +275,9 @@ class Webcam(USBDevice):  # type: ignore[misc]
             self.crowded = bool(values[0])
         elif what == "sent":
             return [self.streaming.sent, self.streaming.skipped]
+        elif what == "power":  # lost, as at each unplugging
+            for control in self.controls.controls.values():
+                control.value = control.default
         elif what == "control":
             return self.controls.controls[values[0], values[1]].value
         return None

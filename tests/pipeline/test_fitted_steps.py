@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
@@ -13,10 +14,13 @@ from support.virtual_lab import PROFILE, VirtualLab
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.force_linear import FEATURES, LinearForceModel
 from tactile_core.bundles.bundle import Bundle, names_of
+from tactile_core.interfaces.artefact import Artefact
+from tactile_core.interfaces.estimator import ForceModel
+from tactile_core.pipeline.health import left_out_notes
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
-from tactile_core.quantities import Frame, Wrench
+from tactile_core.quantities import Frame, Quantity, Wrench
 
 
 @pytest.fixture
@@ -82,3 +86,26 @@ def test_a_tare_and_a_new_reference_keep_the_model(
     assert not pipeline.process(frame, tare=True)[Wrench].values.any()
     again = pipeline.with_reference(bundle.reference)
     assert not again.process(frame)[Wrench].values.any()
+
+
+class SpringModel(Quantity, Artefact):
+    """A model that a command of its own fits."""
+
+    noun = "spring model"
+    command = "calibrate-spring"
+
+    def save(self, directory: Path) -> None: ...
+
+    @classmethod
+    def load(cls, directory: Path) -> Self:
+        return cls()
+
+
+def test_each_missing_model_is_named_with_the_command_that_fits_it() -> None:
+    left_out = {"spring": SpringModel, "force": ForceModel, "wrench": ForceModel}
+    assert left_out_notes(left_out, bundled=True) == [
+        "no spring model in a bundle, so these steps are left out: spring; fit one with 'tactile "
+        "calibrate-spring'",
+        "no force model in a bundle, so these steps are left out: force, wrench; fit one with "
+        "'tactile calibrate-force'",
+    ]

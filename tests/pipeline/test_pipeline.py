@@ -162,6 +162,18 @@ def test_only_what_the_reference_shows_bright_can_be_too_dark(lab: VirtualLab) -
     assert said.startswith("100% of the frame is too dark")
 
 
+def test_a_thresholded_image_has_no_exposure_to_warn_of(lab: VirtualLab) -> None:
+    image = lab.image(None)
+    black_or_white = np.where(image > image.mean(), 255, 0).astype(np.uint8)
+    pipeline = Pipeline(lab.profile, lab.bundle)
+    pipeline.process(pipeline.frame(image))
+    said = pipeline.process(pipeline.frame(black_or_white)).warnings
+    assert not any("too dark" in one or "saturated" in one for one in said)
+    black_or_white[0, 0] = 128
+    said = pipeline.process(pipeline.frame(black_or_white)).warnings
+    assert any("saturated; shorten the exposure" in one for one in said)
+
+
 def test_a_wholly_dark_reference_excuses_no_dark_frame(lab: VirtualLab) -> None:
     dark = np.zeros_like(lab.image(None))
     reference = Reference(dark.astype(np.float32), ("red", "green", "blue"))

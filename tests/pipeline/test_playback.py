@@ -10,6 +10,7 @@ import pytest
 from support.virtual_lab import VirtualLab
 
 from tactile_core.formats.images import write_png
+from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -25,6 +26,7 @@ def profile(lab: VirtualLab, camera: dict[str, Any] | None = None, **image: Any)
 
 
 def recorded(folder: Path, width: int, height: int) -> Path:
+    folder.mkdir(exist_ok=True)
     write_png(folder / "0.png", np.full((height, width, 3), 90, np.uint8))
     return folder
 
@@ -53,3 +55,18 @@ def test_the_profile_stands_where_the_size_of_an_image_says_nothing(
     turned = profile(lab, camera, crop=None, rotate_deg=180)
     read = played_back(turned, recorded(tmp_path, 160, 120))
     assert read.profile.image.rotate_deg == 180
+
+
+def test_what_is_recorded_of_such_images_is_played_by_the_same_profile(
+    lab: VirtualLab, tmp_path: Path
+) -> None:
+    cropped = profile(lab)
+    images = recorded(tmp_path / "images", 160, 120)
+    with (
+        open_sensor(cropped, input=images, reference="first") as sensor,
+        sensor.record(tmp_path / "again.mcap", waits=True),
+    ):
+        first = sensor.read()
+    with open_sensor(cropped, input=tmp_path / "again.mcap") as sensor:
+        np.testing.assert_array_equal(sensor.read().frame.pixels, first.frame.pixels)
+    assert not any("have changed" in note for note in sensor.notes)

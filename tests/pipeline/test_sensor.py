@@ -14,13 +14,15 @@ from tactile_core import HeightMap, open_sensor
 from tactile_core.acquisition import devices
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.sequential import ReplayCamera
-from tactile_core.bundles.bundle import Bundle, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import default_place
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.light_driver import LightDriver
 from tactile_core.pipeline.playback import played_back
 from tactile_core.profiles.loader import load_profile
+from tactile_core.profiles.model import Profile
 
 
 def test_a_recording_streams_one_reading_per_image(lab: VirtualLab) -> None:
@@ -43,6 +45,38 @@ def test_with_the_first_frame_as_reference_readings_are_relative(lab: VirtualLab
         first = sensor.read()
     assert first.relative
     assert abs(first[HeightMap].mm).max() < 0.05
+
+
+@pytest.fixture
+def starting(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Profile:
+    """The lab's sensor, with a starting calibration and none of its unit."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    own = Bundle.load(lab.bundle)
+    manifest = own.manifest.model_copy(update={"starting": "another unit"})
+    Bundle(manifest, own.artefacts, None).save(tmp_path / "start")
+    return lab.profile.model_copy(update={"starting_bundle": tmp_path / "start"})
+
+
+def test_an_uncalibrated_sensor_measures_relative_to_its_first_image_and_says_so(
+    starting: Profile, lab: VirtualLab
+) -> None:
+    with open_sensor(starting, serial="0008", input=lab.presses) as sensor:
+        first, second = sensor.read(), sensor.read()
+    assert first.relative
+    assert second.relative
+    assert any("not calibrated" in note for note in sensor.notes)
+    for reading in (first, second):
+        assert any("another unit" in warning for warning in reading.warnings)
+    assert first[HeightMap].mm.max() < 0.05 < second[HeightMap].mm.max()
+
+
+def test_an_uncalibrated_sensor_takes_a_reference_that_is_given(
+    starting: Profile, lab: VirtualLab
+) -> None:
+    with open_sensor(starting, input=lab.presses, reference=lab.reference) as sensor:
+        first = sensor.read()
+    assert not first.relative
+    assert first[HeightMap].mm.max() > 0.05
 
 
 def test_a_captured_reference_replaces_that_of_the_bundle(

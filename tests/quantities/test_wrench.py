@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactile_core.quantities import Wrench
+from tactile_core.quantities.wrench import UNKNOWN_LOAD
 
 newtons = st.floats(-50, 50)
 known = Wrench(1.0, -2.0, 3.0, 4.0, 0.1, 0.2, 0.3, 0.4, timestamp_s=0.5)
@@ -67,3 +68,9 @@ def test_an_unknown_standard_deviation_is_left_out() -> None:
         "wrench": {"fx_n": 1.0, "fy_n": 2.0, "fz_n": 3.0, "tz_nmm": 4.0, "std": None}
     }
     assert known.summary()["wrench"]["std"] == [0.1, 0.2, 0.3, 0.4]
+
+
+def test_a_component_of_which_nothing_is_known_is_not_measured() -> None:
+    alone = Wrench(0, 0, 2.0, 0, UNKNOWN_LOAD, UNKNOWN_LOAD, 0.1, UNKNOWN_LOAD)
+    assert alone.measured.tolist() == [False, False, True, False]
+    assert Wrench(0, 0, 2.0, 0).measured.all()

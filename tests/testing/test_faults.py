@@ -161,6 +161,7 @@ PROFILES: Mapping[str, tuple[str, str]] = {
     "unknown_component": ("profile", "did you mean 'poisson'?"),
     "extends_nothing": ("profile", "there is no profile 'no_such_build'"),
     "absolute_path": ("profile_paths", "the absolute path '/home/lab/presses'"),
+    "no_start": ("starting_bundle", "start is no calibration bundle"),
     "misnamed": ("profile_name", "it is named 'other', but its file 'misnamed.yaml'"),
     "shadowing": ("profile_name", "a profile of this name already exists (shipped)"),
     "unpicklable": ("pipeline", "of its pipeline: it cannot be pickled"),

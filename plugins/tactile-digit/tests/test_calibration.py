@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from support.ball_calibration import calibrated, error_deg, radius_ratio, used, virtually_calibrated
+from support.uncalibrated import assert_coarse
 
 
 @pytest.mark.parametrize("name", ["digit", "digit_sequential"])
@@ -26,3 +27,7 @@ def test_presses_of_a_real_ball_give_its_radius(recordings: Path, tmp_path: Path
     )
     assert used(report) >= 18
     assert radius_ratio(report) == pytest.approx(1, abs=0.1)
+
+
+def test_an_uncalibrated_virtual_unit_is_measured_coarsely() -> None:
+    assert_coarse("digit")

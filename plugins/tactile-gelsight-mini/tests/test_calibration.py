@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from support.ball_calibration import calibrated, error_deg, radius_ratio, used, virtually_calibrated
+from support.uncalibrated import assert_coarse
 
 
 def test_presses_of_a_virtual_ball_give_its_radius(tmp_path: Path) -> None:
@@ -25,3 +26,12 @@ def test_presses_of_a_real_ball_give_its_radius(recordings: Path, tmp_path: Path
     )
     assert used(report) >= 20
     assert radius_ratio(report) == pytest.approx(1, abs=0.1)
+
+
+def test_an_uncalibrated_virtual_unit_is_measured_coarsely() -> None:
+    assert_coarse("gelsight_mini")
+
+
+def test_an_uncalibrated_virtual_unit_with_dots_is_measured_coarsely() -> None:
+    # printed dots hide the steepest rim of a contact, so that it seems a tenth lower
+    assert_coarse("gelsight_mini_marked", within=0.35)

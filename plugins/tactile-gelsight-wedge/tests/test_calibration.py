@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from support.ball_calibration import calibrated, error_deg, radius_ratio, used, virtually_calibrated
+from support.uncalibrated import assert_coarse
 
 
 @pytest.mark.parametrize("name", ["gelsight_wedge", "gelsight_wedge_unmarked"])
@@ -37,3 +38,13 @@ def test_presses_of_a_real_ball_give_its_radius(
     )
     assert used(report) >= 40
     assert radius_ratio(report) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["gelsight_wedge", "gelsight_wedge_unmarked"])
+def test_an_uncalibrated_virtual_unit_is_measured_coarsely(name: str) -> None:
+    assert_coarse(name)
+
+
+def test_an_uncalibrated_virtual_unit_with_small_images_is_measured_coarsely() -> None:
+    # printed dots hide the steepest rim of a contact, so that it seems a tenth lower
+    assert_coarse("gelsight_wedge_portrait", within=0.35)

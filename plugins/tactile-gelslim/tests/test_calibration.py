@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from support.ball_calibration import error_deg, radius_ratio, used, virtually_calibrated
+from support.uncalibrated import assert_coarse
 
 
 def test_presses_of_a_virtual_ball_give_its_radius(tmp_path: Path) -> None:
@@ -11,3 +12,7 @@ def test_presses_of_a_virtual_ball_give_its_radius(tmp_path: Path) -> None:
     assert used(report) >= 11
     assert error_deg(report) < 4
     assert radius_ratio(report) == pytest.approx(1, abs=0.1)
+
+
+def test_an_uncalibrated_virtual_unit_is_measured_coarsely() -> None:
+    assert_coarse("gelslim4")

@@ -13,9 +13,11 @@ def tactile_importers() -> Mapping[str, str]:
     return {
         "gs_sdk": "tactile_imports.colour_network:AngleNetworkImporter",
         "gsrobotics": "tactile_imports.colour_network:NormalNetworkImporter",
-        "ninedtact": "tactile_imports.depth_table:DepthTableImporter",
         "taxim": "tactile_imports.polynomial_lookup:TaximImporter",
         "taxim_rgb": "tactile_imports.polynomial_lookup:TaximRgbImporter",
+        "touchnet": "tactile_imports.touch_network:TouchNetworkImporter",
+        "touchnet_bgr": "tactile_imports.touch_network:TouchNetworkBgrImporter",
+        "gelsight_heightmap": "tactile_imports.bin_table:BinTableImporter",
     }
 
 
@@ -25,8 +27,9 @@ def tactile_artefacts() -> Mapping[str, str]:
     return {
         "angle_network": "tactile_imports.colour_network:AngleNetwork",
         "normal_network": "tactile_imports.colour_network:NormalNetwork",
-        "depth_table": "tactile_imports.depth_table:DepthTable",
         "polynomial_lookup": "tactile_imports.polynomial_lookup:PolynomialLookup",
+        "touch_network": "tactile_imports.touch_network:TouchNetwork",
+        "bin_table": "tactile_imports.bin_table:BinTable",
     }
 
 

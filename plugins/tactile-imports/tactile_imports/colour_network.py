@@ -23,14 +23,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from tactile_core.errors import InputError
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.for_reference import ForReference
 from tactile_core.interfaces.importer import Importer
-from tactile_core.interfaces.slope_models.model_file import stored_model, write_model
-from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting
-from tactile_core.quantities import Float32, Frame, Gradients, Reference
-from tactile_imports.slope_image import STEEPEST, colour_shape, gradients_of
+from tactile_core.interfaces.slope_models.model_file import Arrays
+from tactile_core.interfaces.slope_models.samples import ImageShape
+from tactile_core.quantities import Float32, Frame, Reference
+from tactile_imports.slope_image import STEEPEST, SlopeImageModel, colour_shape
 from tactile_imports.torch_file import read_torch_file
 
 _BLOCK = 4096  # [count] Pixels that are evaluated together and stay in the cache
@@ -93,7 +92,7 @@ class Perceptron:
         return cls(weights, biases)
 
 
-class ColourNetwork(Calibration):
+class ColourNetwork(SlopeImageModel):
     """Slopes by a network of another program, relative to those that it sees in the reference.
 
     Attributes
@@ -119,20 +118,11 @@ class ColourNetwork(Calibration):
         """Return the two shares of the image in the order of the network's inputs."""
 
     @abstractmethod
-    def _slopes(self, outputs: Float32) -> Float32:
+    def _tangents(self, outputs: Float32) -> Float32:
         """Turn outputs (2, N) into slopes (2, N), ∂z/∂x and ∂z/∂y."""
 
-    def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Return the slopes of one frame.
-
-        Raises
-        ------
-        CalibrationError
-            Frame or reference is no colour image of the size that the network was imported for.
-        """
-        check_fitting(frame, reference, self.shape)
-        slopes = self._slopes_of(frame) - self._undeformed(reference)
-        return gradients_of(frame, slopes)
+    def _slopes(self, frame: Frame, reference: Reference) -> Float32:
+        return self._slopes_of(frame) - self._undeformed(reference)
 
     def _slopes_of(self, image: Frame | Reference) -> Float32:
         height, width, _ = self.shape
@@ -142,26 +132,17 @@ class ColourNetwork(Calibration):
         features[:3] /= image.full_scale
         features[3:] = self._order(x / np.float32(width), y / np.float32(height))
         outputs = self.network(features.reshape(5, -1))
-        return self._slopes(outputs).reshape(2, height, width)
+        return self._tangents(outputs).reshape(2, height, width)
 
     def _slopes_of_reference(self, reference: Reference) -> Float32:
         return self._slopes_of(reference)
 
-    def save(self, directory: Path) -> None:
-        """Write ``model.npz``."""
-        write_model(directory, self.shape, self.network.arrays())
+    def _arrays(self) -> Arrays:
+        return self.network.arrays()
 
     @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Read ``model.npz``.
-
-        Raises
-        ------
-        CalibrationError
-            The file is missing, damaged or of another model.
-        """
-        with stored_model(directory) as (shape, arrays):
-            return cls(Perceptron.from_arrays(arrays, cls.widths), shape)
+    def _from_arrays(cls, arrays: Arrays, shape: ImageShape) -> Self:
+        return cls(Perceptron.from_arrays(arrays, cls.widths), shape)
 
 
 class AngleNetwork(ColourNetwork):
@@ -175,7 +156,7 @@ class AngleNetwork(ColourNetwork):
     def _order(self, x: Float32, y: Float32) -> tuple[Float32, Float32]:
         return x, y
 
-    def _slopes(self, outputs: Float32) -> Float32:
+    def _tangents(self, outputs: Float32) -> Float32:
         steepest = np.float32(
             np.arctan(STEEPEST)
         )  # beyond a right angle, the tangent would change its sign
@@ -190,7 +171,7 @@ class NormalNetwork(ColourNetwork):
     def _order(self, x: Float32, y: Float32) -> tuple[Float32, Float32]:
         return y, x
 
-    def _slopes(self, outputs: Float32) -> Float32:
+    def _tangents(self, outputs: Float32) -> Float32:
         # a normal longer than 1 has no component z: what is steeper than we measure
         nz2 = np.maximum(1 - (outputs**2).sum(axis=0), np.float32(1 / (1 + STEEPEST**2)))
         return np.asarray(-outputs / np.sqrt(nz2))

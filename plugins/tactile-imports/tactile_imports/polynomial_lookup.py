@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.importer import Importer
-from tactile_core.interfaces.slope_models.model_file import stored_model, write_model
-from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting
-from tactile_core.quantities import Bool, Float32, Frame, Gradients, Reference
+from tactile_core.interfaces.slope_models.model_file import Arrays
+from tactile_core.interfaces.slope_models.samples import ImageShape
+from tactile_core.quantities import Bool, Float32, Frame, Reference
 from tactile_imports.polynomial_table import (
     FULL_SCALE,
     TERMS,
@@ -25,7 +24,7 @@ from tactile_imports.polynomial_table import (
     place_terms,
     read_table,
 )
-from tactile_imports.slope_image import COLOURS, STEEPEST, colour_shape, gradients_of
+from tactile_imports.slope_image import COLOURS, STEEPEST, SlopeImageModel, colour_shape
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -34,7 +33,7 @@ _TILE_PX = 40  # The nearest slopes are sought for the middle of a tile of this 
 _NEAREST = 8  # [count] of which the best one at the pixel itself is taken
 
 
-class PolynomialLookup(Calibration):
+class PolynomialLookup(SlopeImageModel):
     """The slope whose change of colour in a :class:`PolynomialTable` is nearest.
 
     A table describes pressed gel, which is brighter than the undeformed surface even where it is
@@ -53,22 +52,14 @@ class PolynomialLookup(Calibration):
     def __getstate__(self) -> dict[str, Any]:
         return {"table": self.table, "shape": self.shape}
 
-    def measure(self, frame: Frame, reference: Reference) -> Gradients:
-        """Return the slopes of one frame.
-
-        Raises
-        ------
-        CalibrationError
-            Frame or reference is no colour image of the size that the table was imported for.
-        """
-        check_fitting(frame, reference, self.shape)
+    def _slopes(self, frame: Frame, reference: Reference) -> Float32:
         change = frame.pixels - reference.pixels
         change *= FULL_SCALE / frame.full_scale
         slopes = np.empty((2, *self.shape[:2]), np.float32)
         for tile in self._tiles:
             rows, columns = tile.rows, tile.columns
             slopes[:, rows, columns] = np.moveaxis(tile.slopes(change[rows, columns]), 2, 0)
-        return gradients_of(frame, slopes)
+        return slopes
 
     @cached_property
     def _tiles(self) -> list[_Tile]:
@@ -86,27 +77,18 @@ class PolynomialLookup(Calibration):
             for left in range(0, width, _TILE_PX)
         ]
 
-    def save(self, directory: Path) -> None:
-        """Write ``model.npz``."""
-        write_model(directory, self.shape, {"coefficients": self.table.coefficients})
+    def _arrays(self) -> Arrays:
+        return {"coefficients": self.table.coefficients}
 
     @classmethod
-    def load(cls, directory: Path) -> Self:
-        """Read ``model.npz``.
-
-        Raises
-        ------
-        CalibrationError
-            The file is missing, damaged or of another model.
-        """
-        with stored_model(directory) as (shape, arrays):
-            coefficients = np.asarray(arrays["coefficients"], float)
-            bins = len(coefficients)
-            if bins < 2 or coefficients.shape != (bins, bins, COLOURS, TERMS):
-                raise ValueError("the table has another size")
-            if not np.isfinite(coefficients).all():
-                raise ValueError("a coefficient is not finite")
-            return cls(PolynomialTable(coefficients), shape)
+    def _from_arrays(cls, arrays: Arrays, shape: ImageShape) -> Self:
+        coefficients = np.asarray(arrays["coefficients"], float)
+        bins = len(coefficients)
+        if bins < 2 or coefficients.shape != (bins, bins, COLOURS, TERMS):
+            raise ValueError("the table has another size")
+        if not np.isfinite(coefficients).all():
+            raise ValueError("a coefficient is not finite")
+        return cls(PolynomialTable(coefficients), shape)
 
 
 @dataclass(frozen=True, eq=False)

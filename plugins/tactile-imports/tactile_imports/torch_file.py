@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes
 
-# [bytes] Hundreds of times a network that maps single pixels
+# [bytes] Of one tensor; the largest of a known network has 7 MB
 _LARGEST = 1 << 24
 
 _STORAGES: Mapping[str, str] = {"FloatStorage": "f4", "DoubleStorage": "f8", "LongStorage": "i8"}
@@ -91,7 +91,7 @@ class _Archive:
         if entry.file_size > _LARGEST:
             raise InputError(
                 f"{self._path} has {entry.file_size / 1e6:.0f} MB in {name}, too much for a "
-                "network that maps single pixels; give the file of such a network"
+                "network that measures slopes; give the file of such a network"
             )
         return self._archive.read(entry)
 

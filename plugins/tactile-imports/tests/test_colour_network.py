@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from support.colour_profile import colour_profile
 from support.torch_files import write_torch_file
 
 from tactile_core import Bundle, Frame, Gradients, InputError, Pipeline, Reference, load_profile
@@ -32,16 +33,6 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 HEIGHT, WIDTH = 24, 32
 CHANNELS = ("red", "green", "blue")
 SDK, ROBOTICS = (5, 32, 32, 32, 2), (5, 64, 64, 64, 2)
-
-
-def profile_at(folder: Path, width: int = WIDTH, height: int = HEIGHT) -> Profile:
-    path = folder / "mini.yaml"
-    path.write_text(
-        f"schema: 1\nname: mini\nimage: {{width_px: {width}, height_px: {height}, "
-        "mm_per_px: 0.0634}\nillumination: {use: core.constant}\n"
-        "calibration: {use: core.automatic}\nestimators: {height: {use: core.poisson}}\n"
-    )
-    return load_profile(path)
 
 
 def random_network(widths: Sequence[int], scale: float = 1.0) -> dict[str, Array]:
@@ -104,7 +95,7 @@ def test_a_network_of_gs_sdk_gives_its_gradients_with_our_sign(
 ) -> None:
     state = random_network(SDK, 1.0)
     file = write_torch_file(tmp_path / "nnmodel.pth", state)
-    model = AngleNetworkImporter().read(file, profile_at(tmp_path))
+    model = AngleNetworkImporter().read(file, colour_profile(tmp_path, WIDTH, HEIGHT))
     expected = -published_by_gs_sdk(state, *images)
     assert np.abs(expected).max() > 0.4
     np.testing.assert_allclose(measured(model, *images), expected, atol=1e-4)
@@ -115,7 +106,7 @@ def test_a_network_of_gsrobotics_gives_its_slopes_less_those_of_the_reference(
 ) -> None:
     state = random_network(ROBOTICS, 0.6)
     file = write_torch_file(tmp_path / "nnmini.pt", {"epoch": 3, "state_dict": state})
-    model = NormalNetworkImporter().read(file, profile_at(tmp_path))
+    model = NormalNetworkImporter().read(file, colour_profile(tmp_path, WIDTH, HEIGHT))
     frame, background = (published_by_gsrobotics(state, image) for image in images)
     assert np.isfinite(frame).all()
     assert np.abs(frame - background).max() > 0.3
@@ -129,7 +120,9 @@ def test_slopes_that_no_gel_has_are_finite_and_not_valid(
     state = random_network(widths, scale)
     importer = AngleNetworkImporter() if widths == SDK else NormalNetworkImporter()
     saved = state if widths == SDK else {"state_dict": state}
-    model = importer.read(write_torch_file(tmp_path / "a.pt", saved), profile_at(tmp_path))
+    model = importer.read(
+        write_torch_file(tmp_path / "a.pt", saved), colour_profile(tmp_path, WIDTH, HEIGHT)
+    )
     frame = Frame(np.ascontiguousarray(images[0][..., ::-1]), CHANNELS, 0.0634)
     reference = Reference(images[1][..., ::-1].astype(np.float32), CHANNELS)
     gradients = model.measure(frame, reference)
@@ -141,7 +134,7 @@ def test_a_bundle_measures_as_the_network_that_it_was_made_of(
     tmp_path: Path, images: tuple[Array, Array]
 ) -> None:
     file = write_torch_file(tmp_path / "nnmodel.pth", random_network(SDK, 1.0))
-    model = AngleNetworkImporter().read(file, profile_at(tmp_path))
+    model = AngleNetworkImporter().read(file, colour_profile(tmp_path, WIDTH, HEIGHT))
     model.save(tmp_path)
     again = type(model).load(tmp_path)
     np.testing.assert_array_equal(measured(again, *images), measured(model, *images))
@@ -172,7 +165,7 @@ def test_another_network_is_one_sentence(
     for nested in (saved(), {"state_dict": saved()}):
         file = write_torch_file(tmp_path / "other.pt", nested)
         with pytest.raises(InputError, match=r"holds no network like that in .* give such a file"):
-            importer.read(file, profile_at(tmp_path))
+            importer.read(file, colour_profile(tmp_path, WIDTH, HEIGHT))
 
 
 @pytest.fixture(scope="module")
@@ -213,7 +206,7 @@ def test_the_file_of_a_real_mini_gives_the_published_gradients(
     folder = recordings / "gelsight_mini" / "ball_presses"
     images = [cv2.imread(str(folder / name)) for name in ("press_20.png", "background.png")]
     frame, background = (np.asarray(image) for image in images)
-    model = AngleNetworkImporter().read(mini, profile_at(tmp_path, 320, 240))
+    model = AngleNetworkImporter().read(mini, colour_profile(tmp_path, 320, 240))
     state = read_torch_file(mini)
     expected = -published_by_gs_sdk(state, frame, background)
     np.testing.assert_allclose(measured(model, frame, background), expected, atol=1e-4)

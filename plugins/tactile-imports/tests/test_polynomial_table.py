@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.colour_profile import colour_profile
 from support.command_line import refused, tactile
 from support.virtual_lab import VirtualLab
 
-from tactile_core import Bundle, Frame, InputError, Reference, load_profile
+from tactile_core import Bundle, Frame, InputError, Reference
 from tactile_core.calibration.imported import import_calibration
 from tactile_core.calibration.presses import angles_deg
-from tactile_core.profiles.model import Profile
 from tactile_imports.polynomial_lookup import PolynomialLookup, TaximImporter, TaximRgbImporter
 from tactile_imports.polynomial_table import read_table, write_table
 from tactile_imports.table_of_bundle import table_of
@@ -26,16 +26,6 @@ CHANNELS = ("red", "green", "blue")
 BINS = 45
 # [rad] Towards which slopes each channel becomes brighter
 LIGHTS = np.radians([90.0, 210.0, 330.0])
-
-
-def profile_at(folder: Path, width: int = WIDTH, height: int = HEIGHT) -> Profile:
-    path = folder / "mini.yaml"
-    path.write_text(
-        f"schema: 1\nname: mini\nimage: {{width_px: {width}, height_px: {height}, "
-        "mm_per_px: 0.1}\nillumination: {use: core.constant}\ncalibration: {use: core.automatic}\n"
-        "estimators: {height: {use: core.poisson}}\n"
-    )
-    return load_profile(path)
 
 
 def write_polycalib(path: Path, *, blue_first: bool = True) -> Path:
@@ -93,7 +83,7 @@ def test_an_image_that_taxim_renders_gives_the_slopes_that_it_was_rendered_of(
     slopes = ball((HEIGHT, WIDTH), (44, 27), radius=40, inside=22)
     background = np.full((HEIGHT, WIDTH, 3), 120.0)
     image = rendered(path, slopes[..., 0], slopes[..., 1], background)
-    model = TaximImporter().read(path, profile_at(tmp_path))
+    model = TaximImporter().read(path, colour_profile(tmp_path, WIDTH, HEIGHT, 0.1))
     found = measured(model, image, background)
     pressed = slopes.any(axis=-1)
     errors = angles_deg(found[pressed], slopes[pressed])
@@ -107,7 +97,7 @@ def test_an_image_that_taxim_renders_gives_the_slopes_that_it_was_rendered_of(
 
 def test_the_nearest_colour_of_all_is_found(tmp_path: Path) -> None:
     path = write_polycalib(tmp_path / "polycalib.npz")
-    model = TaximImporter().read(path, profile_at(tmp_path))
+    model = TaximImporter().read(path, colour_profile(tmp_path, WIDTH, HEIGHT, 0.1))
     rng = np.random.default_rng(0)
     background = np.full((HEIGHT, WIDTH, 3), 120.0)
     image = background + rng.normal(0, 25, background.shape)
@@ -127,15 +117,15 @@ def test_the_order_of_isaac_lab_is_red_first(tmp_path: Path) -> None:
     red = read_table(write_polycalib(tmp_path / "b.npz", blue_first=False), "rgb")
     np.testing.assert_array_equal(red.coefficients, blue.coefficients)
     models = (
-        TaximImporter().read(tmp_path / "a.npz", profile_at(tmp_path)),
-        TaximRgbImporter().read(tmp_path / "b.npz", profile_at(tmp_path)),
+        TaximImporter().read(tmp_path / "a.npz", colour_profile(tmp_path, WIDTH, HEIGHT, 0.1)),
+        TaximRgbImporter().read(tmp_path / "b.npz", colour_profile(tmp_path, WIDTH, HEIGHT, 0.1)),
     )
     np.testing.assert_array_equal(models[0].table.coefficients, models[1].table.coefficients)
 
 
 def test_a_bundle_measures_as_the_table_that_it_was_made_of(tmp_path: Path) -> None:
     path = write_polycalib(tmp_path / "polycalib.npz")
-    model = TaximImporter().read(path, profile_at(tmp_path))
+    model = TaximImporter().read(path, colour_profile(tmp_path, WIDTH, HEIGHT, 0.1))
     model.save(tmp_path)
     again = PolynomialLookup.load(tmp_path)
     rng = np.random.default_rng(0)
@@ -174,7 +164,7 @@ def test_a_table_of_another_size_is_one_sentence(
     save: Any = np.savez
     save(tmp_path / "other.npz", **kept)
     with pytest.raises(InputError, match=said) as refusal:
-        TaximImporter().read(tmp_path / "other.npz", profile_at(tmp_path))
+        TaximImporter().read(tmp_path / "other.npz", colour_profile(tmp_path, WIDTH, HEIGHT, 0.1))
     assert "\n" not in str(refusal.value)
 
 
@@ -240,7 +230,9 @@ def test_the_table_of_a_real_mini_is_read_backwards(recordings: Path, tmp_path: 
     pressed = (slopes**2).sum(axis=-1) > np.tan(np.radians(3)) ** 2
     # where nothing touches, nothing changes; the table is of pressed gel
     image = np.where(pressed[..., None], image, background)
-    found = measured(TaximImporter().read(file, profile_at(tmp_path, 320, 240)), image, background)
+    found = measured(
+        TaximImporter().read(file, colour_profile(tmp_path, 320, 240, 0.1)), image, background
+    )
     errors = angles_deg(found[pressed], slopes[pressed])
     assert np.median(errors) < 1
     assert errors.mean() < 2

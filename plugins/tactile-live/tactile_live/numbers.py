@@ -12,7 +12,7 @@ import numpy as np
 from tactile_core.formats.text import plain
 from tactile_core.interfaces.sink import Reading
 from tactile_core.plugins.blame import blame_of
-from tactile_core.quantities import Quantity
+from tactile_core.quantities import Quantity, Wrench
 from tactile_core.quantities.fields import fields_of
 
 # Units at the end of the names in a summary.
@@ -32,7 +32,7 @@ _UNITS = {
 
 _SHOWN_UNITS = {"deg": "°", "mm/mm": ""}
 
-# Keys of the best-known numbers; those of a wrench are plotted too.
+# Keys of the best-known numbers; those of a wrench that are measured are plotted too.
 _FEATURED = ("max_height_mm", "contact_area_mm2", "slip.degree", "load")
 
 _FEW = 6  # Longest row of numbers that is a handful of numbers, such as a wrench, and not a curve
@@ -92,12 +92,13 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
     units: dict[str, str] = {}
     for field in fields_of(kind):
         units[field.name] = units[field.spec.saved_as] = field.spec.unit
+    plotted = {*_measured_loads(quantity)} if isinstance(quantity, Wrench) else set[str]()
     for key, value in _leaves(plain(quantity.summary())):
         name = _name_deviation(key, kind)
         unit = units.get(name, units.get(name.rpartition(".")[2]))
         if unit is None:
             unit = _unit(name) or ("" if isinstance(value, str) else _own_unit(quantity))
-        featured = own or key in _FEATURED or key.startswith("wrench.")
+        featured = own or key in _FEATURED or key in plotted
         yield Entry(key, _title(name), _format_unit(unit), value, featured)
     if kind.summary is not Quantity.summary:
         return
@@ -112,6 +113,13 @@ def _entries(quantity: Quantity) -> Iterator[Entry]:
                 yield Entry(f"{key}.{index + 1}", f"{_title(key)} {index + 1}", unit, number, own)
         else:
             yield Entry(key, _title(key), unit, numbers, own)
+
+
+def _measured_loads(wrench: Wrench) -> Iterator[str]:
+    """Yield the keys of the components that are measured, and of their standard deviations."""
+    for place, name in enumerate(("fx_n", "fy_n", "fz_n", "tz_nmm")):
+        if wrench.measured[place]:
+            yield from (f"wrench.{name}", f"wrench.std.{place + 1}")
 
 
 def _name_deviation(key: str, kind: type[Quantity]) -> str:

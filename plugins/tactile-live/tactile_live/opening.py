@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tactile_core.bundles.bundle import Bundle, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import default_place
 from tactile_core.errors import InputError
-from tactile_core.interfaces.component import HAND_CAMERA
+from tactile_core.interfaces.component import HAND_CAMERA, VIRTUAL_CAMERA
 from tactile_core.pipeline.opening import open_sensor
 from tactile_core.pipeline.sensor import Sensor
+from tactile_core.plugins.options import calibrator_of
 from tactile_core.plugins.registry import resolve
 from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
@@ -78,8 +80,8 @@ def open_live(
 ) -> Sensor:
     """Open a sensor for the live page.
 
-    A virtual sensor without a script has a hand that moves an object on it. Without a bundle, it
-    is calibrated first, by virtual presses.
+    A virtual sensor without a script has a hand that moves an object on it, unless its profile has
+    a virtual camera of its own. Without a bundle, it is calibrated first, by virtual presses.
 
     Parameters
     ----------
@@ -96,9 +98,13 @@ def open_live(
     bundle: Bundle | Path | None = wanted.bundle
     profile: Profile | str = wanted.profile
     if sim and script is None:
-        resolve("camera", HAND_CAMERA)  # its error names the distribution
-        profile = load_profile(wanted.profile, sim=True, overrides={"camera": {"use": HAND_CAMERA}})
-        if bundle is None and not default_place(profile, wanted.serial, gel).is_dir():
+        profile = load_profile(wanted.profile, sim=True)
+        if profile.camera.use == VIRTUAL_CAMERA:
+            resolve("camera", HAND_CAMERA)  # its error names the distribution
+            hand = {"camera": {"use": HAND_CAMERA}}
+            profile = load_profile(wanted.profile, sim=True, overrides=hand)
+        own = default_place(profile, wanted.serial, gel).is_dir()
+        if bundle is None and not own and not calibrator_of(profile.calibration).refusal:
             bundle = _virtual_bundle(profile, say)
     return open_sensor(
         profile,

@@ -119,6 +119,41 @@ def simulate(
     print_data(f"{out}: {count} frames of {stage.profile.name}, each with its ground truth")
 
 
+def starting_calibration(
+    profile: ProfileName,
+    out: Annotated[Path, typer.Option(help="Folder for the bundle.")],
+    units: Annotated[int, typer.Option(min=5, help="Number of virtual units.")] = 15,
+    presses: Annotated[
+        Path | None, typer.Option(help="Presses of a ball on a real unit, to add to them.")
+    ] = None,
+    reference: Annotated[
+        Path | None, typer.Option(help="Recording of that unit with no contact.")
+    ] = None,
+    ball_diameter_mm: Annotated[float | None, typer.Option(help="Its ball, mm.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit a bundle that measures every unit of a design coarsely, to ship with its profile.
+
+    Name its folder in the profile as 'starting_bundle'.
+    """
+    from tactile_core.calibration.fitting import calibrate
+    from tactile_core.cli.output import Bar
+    from tactile_sim.starting_calibration import starting_calibration as fit
+
+    measured = None
+    if presses is not None:
+        measured = calibrate(
+            profile, presses, reference, ball_diameter_mm=ball_diameter_mm, scored=False
+        )
+    with Bar() as progress:
+        made = fit(profile, units=units, measured=measured, progress=progress)
+    made.save(out)
+    if as_json:
+        print_json({"out": str(out), "held_out": made.score.summary()})
+        return
+    print_data(f"{out}: {made.describe()}")
+
+
 def bench(
     profile: Annotated[
         str | None, typer.Argument(help="A profile's name or YAML file; default: all profiles.")

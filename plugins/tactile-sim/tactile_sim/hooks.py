@@ -28,5 +28,6 @@ def tactile_commands() -> Mapping[str, str]:
     return {
         "demo": "tactile_sim.commands:demo",
         "simulate": "tactile_sim.commands:simulate",
+        "starting-calibration": "tactile_sim.commands:starting_calibration",
         "bench": "tactile_sim.commands:bench",
     }

@@ -61,8 +61,12 @@ def video_nodes(sysfs: Path = SYSFS) -> list[VideoNode]:
 def _find_nodes(sysfs: Path) -> Iterator[VideoNode]:
     folder = sysfs / "class" / "video4linux"
     for entry in folder.iterdir() if folder.is_dir() else ():
-        # the link must be resolved first: its target's parent is the USB device
-        usb = (entry / "device").resolve().parent
+        try:
+            # the link must be resolved first: its target's parent is the USB device
+            interface = (entry / "device").resolve()
+        except OSError:  # the camera is unplugged at this moment
+            continue
+        usb = interface.parent
         if _text(entry / "index") != "0" or not _text(usb / "idVendor"):
             continue
         yield VideoNode(
@@ -72,7 +76,7 @@ def _find_nodes(sysfs: Path) -> Iterator[VideoNode]:
             _text(usb / "product"),
             _text(usb / "serial"),
             usb.name,
-            (entry / "device").resolve().name,
+            interface.name,
         )
 
 

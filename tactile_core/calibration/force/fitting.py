@@ -19,7 +19,8 @@ from tactile_core.algorithms.force.cell_axes import (
     cell_rotation,
     tool_offset,
 )
-from tactile_core.bundles.bundle import Bundle, default_place, manifest_for, names_of
+from tactile_core.bundles.bundle import Bundle, manifest_for, names_of
+from tactile_core.bundles.places import default_place
 from tactile_core.calibration.force.labelled import label_frames
 from tactile_core.calibration.force.recorded_features import (
     MeasuredRecordings,

@@ -14,7 +14,7 @@ from tactile_core.algorithms.arrays.types import Float64
 from tactile_core.algorithms.circles.circle import Circle
 from tactile_core.algorithms.circles.finder import find_circles
 from tactile_core.algorithms.circles.press import working_scale
-from tactile_core.algorithms.circles.start import Start
+from tactile_core.algorithms.circles.start import Start, darkens
 from tactile_core.algorithms.heights.sphere import flat_equivalent
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.light_range import dome_radius_px, thickness_of
@@ -28,7 +28,7 @@ from tactile_core.calibration.presses import FoundPress, angles_deg
 from tactile_core.calibration.result import measured_frames
 from tactile_core.errors import CalibrationError, InputError, SequenceError
 from tactile_core.interfaces.calibration import Calibrator
-from tactile_core.plugins.options import calibrator_of, fitted_by
+from tactile_core.plugins.options import fittable_calibrator, fitted_by
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 
@@ -53,7 +53,8 @@ def brightening(press: FoundPress) -> Float64:
     """Return how much brighter some place beside the ball has become.
 
     Light that a slope reflects into the camera is brighter; the shadow of the ball, which may be
-    long, is not.
+    long, is not. Where the image darkens with depth it is how much darker: the gel that a single
+    ball presses aside bulges around it, and is brighter.
 
     Returns
     -------
@@ -63,7 +64,8 @@ def brightening(press: FoundPress) -> Float64:
     """
     assert press.start is not None
     change, ball = press.start.shading.change, press.start.ball
-    brighter = (np.maximum(change.weighted, 0) ** 2).sum(2)
+    sign = np.float32(-1 if darkens([press.start]) else 1)
+    brighter = (np.maximum(sign * change.weighted, 0) ** 2).sum(2)
     # [ball radii] Radius over which the change is averaged. Source: that of the circle search
     # (``START.blur_radii``).
     sigma = 0.35 * ball
@@ -156,7 +158,7 @@ class TouchBench:
         """
         check_ball(ball_diameter_mm, profile)
         _check_slopes(ball_diameter_mm, profile)
-        calibrator = calibrator_of(profile.calibration, model)
+        calibrator = fittable_calibrator(profile.calibration, model)
         return cls(profile, reference, ball_diameter_mm, calibrator)
 
     def prepare_press(self, name: str, frame: Frame) -> FoundPress:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_core.bundles.bundle import Bundle, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import find_place
 from tactile_core.calibration.fitted_bundle import conditioning_for
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.targets import balls, undeformed_sensor
@@ -22,7 +23,7 @@ from tactile_core.interfaces.sink import Reading
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back, read_frames, recorded_session
 from tactile_core.plugins.options import calibrator_of
-from tactile_core.quantities import Float32, Gradients, HeightMap
+from tactile_core.quantities import ContactMask, Float32, Gradients, HeightMap
 from tactile_core.recordings.session_files import own_reference
 
 
@@ -39,6 +40,8 @@ class BallScore:
     sphere_ratios, depth_ratios : list of float
         Radius of the sphere in the height map over the ball's; largest height over the depth to
         which theory presses the ball into the gel where the contact has its size.
+    contacts : list of bool
+        Whether the contact that is found covers the middle of the true one.
     latency_ms : list of float
         Time from frame to reading, one thread.
     """
@@ -48,12 +51,16 @@ class BallScore:
     errors_deg: list[np.ndarray] = field(default_factory=list)
     sphere_ratios: list[float] = field(default_factory=list)
     depth_ratios: list[float] = field(default_factory=list)
+    contacts: list[bool] = field(default_factory=list)
     latency_ms: list[float] = field(default_factory=list)
 
     def add(self, press: FoundPress, reading: Reading) -> None:
         """Score a reading of a press."""
         gradients = reading.get(Gradients)
-        height = reading.get(HeightMap)
+        height, contact = reading.get(HeightMap), reading.get(ContactMask)
+        if contact is not None:
+            x, y = press.centre_px
+            self.contacts.append(bool(contact.mask[round(y), round(x)]))
         if gradients is None and height is not None:
             gradients = _slopes_of(height)
         if gradients is not None:
@@ -81,6 +88,7 @@ class BallScore:
             else None,
             "sphere_radius_ratio": _spread(self.sphere_ratios),
             "depth_ratio": _spread(self.depth_ratios),
+            "contact_found": float(np.mean(self.contacts)) if self.contacts else None,
             "latency_ms": _spread(self.latency_ms),
         }
 
@@ -197,8 +205,8 @@ def _with_bundles(variants: Sequence[Variant], serial: str | None) -> list[BallS
     """Pair each variant with its calibration; one without any is left out if others have one."""
     scores = []
     for variant in variants:
-        place = variant.bundle or default_place(variant.profile, serial)
-        if place.is_dir():
+        place = variant.bundle or find_place(variant.profile, serial)
+        if place is not None:
             scores.append(BallScore(variant, Bundle.load(place)))
     if not scores:
         raise InputError(

@@ -15,7 +15,8 @@ from typing import Any
 
 from tactile_core import __version__
 from tactile_core.acquisition.devices import images_per_observation
-from tactile_core.bundles.bundle import Bundle, default_place
+from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.places import default_place
 from tactile_core.errors import InputError
 from tactile_core.formats.scan import SCAN_FILE
 from tactile_core.pipeline.batch.recording_job import (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,22 @@ def test_of_each_camera_only_the_node_with_images_counts(sysfs: Sysfs) -> None:
     first, _ = sysfs.plug("1-1", serial="A", nodes=2)
     second, *_ = sysfs.plug("1-2", serial="B", nodes=4)
     assert [node.path for node in video_nodes(sysfs.root)] == [first, second]
+
+
+def test_a_camera_that_is_unplugged_while_it_is_looked_at_is_left_out(
+    sysfs: Sysfs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gone, _ = sysfs.plug("1-1", serial="A")
+    kept, _ = sysfs.plug("1-2", serial="B")
+    read = os.readlink
+
+    def readlink(path: str) -> str:
+        if Path(path).name == Path(gone).name:
+            raise FileNotFoundError(path)
+        return read(path)
+
+    monkeypatch.setattr(os, "readlink", readlink)
+    assert [node.path for node in video_nodes(sysfs.root)] == [kept]
 
 
 def test_video_devices_that_are_not_on_the_usb_are_no_cameras(sysfs: Sysfs) -> None:

@@ -15,6 +15,8 @@ from tactile_core.calibration.guided.examination import (
     with_something_beside,
 )
 from tactile_core.profiles.loader import load_profile
+from tactile_core.quantities import Reference
+from tactile_sim import VirtualStage
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 GEL = np.array([0.3, 0.1])
@@ -54,3 +56,37 @@ def test_no_ball_on_a_real_sensor_is_taken_for_two(recordings: Path) -> None:
         reasons |= {verdict.why, *verdict.withdrawn.values()}
     assert len(examiner.kept) >= BESIDE.fewest_presses
     assert reasons <= {"", "the image border cuts the contact; press further inside"}
+
+
+DARKENS = """\
+schema: 1
+name: darkens
+image: {width_px: 320, height_px: 240, mm_per_px: 0.08}
+illumination: {use: core.constant, lights: [{name: white, azimuth_deg: 0, elevation_deg: 70}]}
+calibration: {use: core.automatic}
+optics: {coat: {absorption_per_mm: 0.5, scatters: volume}}
+"""
+
+
+def test_a_gel_that_darkens_with_depth_bulges_brighter_beside_a_single_ball(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "darkens.yaml").write_text(DARKENS)
+    stage = VirtualStage(str(tmp_path / "darkens.yaml"))
+    undeformed = stage.frame()
+    reference = Reference(undeformed.pixels.astype(np.float32), undeformed.channels)
+    examiner = Examiner(TouchBench.for_sensor(stage.profile, reference, 4.0))
+    for number, (x_mm, y_mm) in enumerate([(0, 0), (-5, 3), (4, -3), (-4, -4), (5, 4), (1, 2)]):
+        stage.reset()
+        stage.indenter("sphere", x_mm=x_mm, y_mm=y_mm, diameter_mm=4.0)
+        stage.press(depth_mm=0.6)
+        assert examiner.examine(f"{number}", stage.frame()).why == ""
+    stage.reset()
+    two = np.zeros((120, 120))
+    y, x = (axis * 0.1 for axis in np.indices(two.shape))
+    for centre_mm in (3.0, 8.5):
+        cap = 4.0 - (x - centre_mm) ** 2 - (y - 6.0) ** 2
+        two = np.maximum(two, np.sqrt(np.maximum(cap, 0)))
+    stage.indenter("heightmap", x_mm=0, y_mm=0, height_mm=two, mm_per_px=0.1)
+    stage.press(depth_mm=0.6)
+    assert examiner.examine("two", stage.frame()).why != ""

@@ -25,7 +25,7 @@ class OpticalSurface:
     Attributes
     ----------
     relief_mm : (H, W) float32
-        Height above the undeformed surface.
+        Height above the undeformed surface, as far as it shades.
     rest_slopes : (2, H, W) float32 or None
         Slopes of the undeformed surface; None if flat.
     mm_per_px : float
@@ -84,6 +84,7 @@ class Membrane:
         self._shape = (image.height_px, image.width_px)
         self._mm_per_px = image.mm_per_px
         self._absorption = np.float32(coat.absorption_per_mm)
+        self._volumetric = coat.scatters == "volume"
         self.markers = MarkerPrint.from_profile(profile, faults, seed)
         self.rest_mm: Float32 | None = None
         self._rest_slopes: Float32 | None = None
@@ -121,9 +122,12 @@ class Membrane:
                 markers_px = self._carry_markers(self.markers.rest_px, displacement_mm)
             reflectance = self.markers.reflectance(self._shape, markers_px)
         if self._absorption:
-            darker = np.exp(-self._absorption * np.maximum(height_mm, 0))
+            # where it bulges, a gel that scatters within is thicker and brighter
+            lowest_mm = -np.inf if self._volumetric else 0
+            darker = np.exp(-self._absorption * np.maximum(height_mm, lowest_mm))
             reflectance = darker if reflectance is None else reflectance * darker
-        return OpticalSurface(height_mm, self._rest_slopes, self._mm_per_px, reflectance, textures)
+        relief_mm = np.zeros_like(height_mm) if self._volumetric else height_mm
+        return OpticalSurface(relief_mm, self._rest_slopes, self._mm_per_px, reflectance, textures)
 
     def _carry_markers(
         self, rest_px: NDArray[np.float64], displacement_mm: Float32 | None

@@ -61,3 +61,12 @@ def test_a_translucent_gel_darkens_exponentially_with_depth() -> None:
     rest = optics.expose(level())[MIDDLE].mean()
     shares = [optics.expose(level() + depth)[MIDDLE].mean() / rest for depth in (-0.2, 0.5, 1.0)]
     np.testing.assert_allclose(shares, [1, np.exp(-0.4), np.exp(-0.8)], rtol=0.03)
+
+
+def test_a_gel_that_scatters_within_is_as_bright_as_it_is_thick_whatever_its_slope() -> None:
+    coat = {"grain": 0.0, "absorption_per_mm": 0.8, "scatters": "volume"}
+    optics = RigOptics(rig(optics={"sensor": QUIET, "coat": coat}))
+    ramp_mm = level() + np.linspace(-0.5, 1.5, 160, dtype=np.float32)
+    shares = optics.expose(ramp_mm)[MIDDLE] / optics.expose(level())[MIDDLE]
+    expected = np.exp(-0.8 * ramp_mm)[MIDDLE]
+    np.testing.assert_allclose(shares.mean(axis=(0, 2)), expected.mean(axis=0), rtol=0.03)

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+from tactile_9dtact.depth_table import DepthTable, DepthTableImporter
 from tactile_core import Frame, InputError, Reference, load_profile
 from tactile_core.profiles.model import Profile
-from tactile_imports.depth_table import DepthTable, DepthTableImporter
 
 Array = np.ndarray[Any, Any]
 

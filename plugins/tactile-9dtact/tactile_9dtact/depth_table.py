@@ -22,15 +22,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_9dtact.darkness import measurable
 from tactile_core.errors import InputError
+from tactile_core.formats.npz import read_npy
 from tactile_core.interfaces.calibration import Calibration
 from tactile_core.interfaces.component import SensorBuild
 from tactile_core.interfaces.importer import Importer
 from tactile_core.interfaces.slope_models.model_file import stored_model, write_model
 from tactile_core.interfaces.slope_models.samples import ImageShape, check_fitting
 from tactile_core.quantities import Bool, Float32, Frame, HeightMap, Reference
-from tactile_imports.npy_file import read_npy
-from tactile_imports.slope_image import colour_shape, measurable
 
 # As in the program's own configuration
 _LEAST = 2  # [grey levels] Less darkening is noise
@@ -178,7 +178,7 @@ class DepthTableImporter(Importer):
                 f"{path} is of images at {scale:.4g} mm per px and the profile {build.name} says "
                 f"{build.image.mm_per_px:.4g}; correct 'image.mm_per_px'"
             )
-        shape = colour_shape(build)
+        shape = (build.image.height_px, build.image.width_px, 3)
         indices = [_read(path, f"{name}_index.npy", "i") for name in ("row", "col")]
         try:
             rectification = _rectification(*indices)

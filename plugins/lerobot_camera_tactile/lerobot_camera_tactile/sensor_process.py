@@ -200,7 +200,8 @@ def measure(options: dict[str, Any], send: IO[str]) -> None:
 
 def _wait_for_end(stopped: threading.Event) -> None:
     """Set the event when LeRobot's process has closed its end of standard input, or has died."""
-    sys.stdin.buffer.read()
+    while os.read(0, 1):  # not sys.stdin, whose lock would abort the interpreter at its end
+        pass
     stopped.set()
 
 

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +16,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import live_sensor
+from support.mjpeg_server import MjpegServer
 from support.virtual_lab import VirtualLab
 
 from tactile_core import HeightMap, open_sensor
@@ -201,3 +204,42 @@ def test_a_lerobot_before_the_interface_is_refused_in_one_sentence(tmp_path: Pat
         "ImportError: tactile cameras need LeRobot 0.4.4 or newer, whose cameras have read_latest, "
         "but LeRobot 0.4.3 is installed; run: pip install 'lerobot>=0.4.4'"
     )
+
+
+def test_a_live_sensor_gives_its_own_stamps_and_says_that_it_was_lost(
+    tmp_path: Path, process: ModuleType
+) -> None:
+    path = tmp_path / "frames"
+    shared = process.SharedFrames(path, 48, 64, create=True)
+    with MjpegServer(live_sensor.send) as server:
+        profile = live_sensor.profile(tmp_path, live_sensor.stream(server.url))
+        given = options(str(profile), sim=False) | {"path": str(path), "fps": None}
+        running = started("measure", given)
+        assert running.stdout is not None
+        running.stdout.readline()
+        lines = [json.loads(running.stdout.readline()) for _ in range(5)]
+        assert time.monotonic() > lines[-1]["taken_s"] > lines[0]["taken_s"] > 0
+        assert [line["number"] for line in lines] == [1, 2, 3, 4, 5]
+        assert not lines[-1]["has_height"]
+        assert shared.read(5) is None or shared.read(5)[0][10, 10, 0] == 100
+    rest, _ = running.communicate()
+    assert running.returncode == 1
+    assert list(json.loads(rest.splitlines()[-1])) == ["error"]
+
+
+def test_a_rate_limits_how_often_a_live_sensor_measures(
+    tmp_path: Path, process: ModuleType
+) -> None:
+    path = tmp_path / "frames"
+    process.SharedFrames(path, 48, 64, create=True)
+    with MjpegServer(live_sensor.send) as server:
+        profile = live_sensor.profile(tmp_path, live_sensor.stream(server.url))
+        given = options(str(profile), sim=False) | {"path": str(path), "fps": 5}
+        running = started("measure", given)
+        assert running.stdout is not None
+        running.stdout.readline()
+        lines = [json.loads(running.stdout.readline()) for _ in range(6)]
+        running.communicate()
+    stamps_s = [line["taken_s"] for line in lines]
+    # the images come every 10 ms; none of these is an old one that waited
+    assert min(np.diff(stamps_s[1:])) > 0.1

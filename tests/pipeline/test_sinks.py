@@ -14,7 +14,7 @@ from tactile_core.formats.npz import read_npz
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.profiles.loader import load_profile
-from tactile_core.quantities import HeightMap
+from tactile_core.quantities import HeightMap, SlipState
 from tactile_core.recordings.output_folder import OutputFolder
 
 LOG = '''
@@ -127,3 +127,10 @@ def test_files_need_a_folder(pipeline: Pipeline) -> None:
 def test_a_pipeline_lists_its_quantities_and_channels(pipeline: Pipeline) -> None:
     assert HeightMap in pipeline.gives
     assert pipeline.channels == ("red", "green", "blue")
+
+
+def test_a_pipeline_does_not_list_what_its_steps_cannot_measure() -> None:
+    uncalibrated = Pipeline(load_profile("hex_fingertip"))
+    assert "no bundle, so these steps are left out: height" in " ".join(uncalibrated.notes)
+    assert HeightMap not in uncalibrated.gives
+    assert SlipState not in uncalibrated.gives  # there is no reference

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import Any
 
-from cyclonedds.idl import IdlStruct, make_idl_struct
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl import types as idl
 from rosbags.interfaces import Nodetype
 
@@ -32,7 +32,7 @@ def dds_type_name(kind: str) -> str:
 
 
 @cache
-def struct_type(kind: str) -> type[IdlStruct]:
+def struct_type(kind: str) -> Any:
     """Return the DDS type of a ROS message type such as ``sensor_msgs/msg/Image``."""
     return _make(kind)
 
@@ -44,7 +44,7 @@ def sample_type(kind: str) -> Any:
     They have one attribute, ``cdr``: the serialised message with its header of 4 bytes. The DDS
     library's own serialisation of an image, value by value in Python, takes longer than a frame.
     """
-    made: Any = _make(kind)
+    made = _make(kind)
     made.serialize = _given_bytes
     made.deserialize = partial(sample_of, kind)
     return made
@@ -62,7 +62,7 @@ def _given_bytes(sample: Any, **_: object) -> Any:
     return sample.cdr
 
 
-def _make(kind: str) -> type[IdlStruct]:
+def _make(kind: str) -> Any:
     _, fields = types().fielddefs[kind]
     members = {name: _member(node) for name, node in fields}
     return make_idl_struct(kind.split("/")[-1], dds_type_name(kind), members)

@@ -19,8 +19,8 @@ _SMALLEST_JUMP_S = 0.128
 class Playback:
     """Plays observations that are not live in their own time, and stamps all observations.
 
-    The stamp is the time of exposure since 1970. A recording without one, like images in a folder,
-    and a virtual sensor have the time at which they are played.
+    The stamp is the time of exposure since 1970. What has no date, as images in a folder or of a
+    virtual sensor, has the time at which it is played.
 
     Parameters
     ----------
@@ -44,24 +44,30 @@ class Playback:
         self._is_live, self._say = is_live, say
         self._clock, self._wall = clock, wall
         self._before: Frame | None = None
-        # timestamp of one observation, and the host's monotonic and wall-clock time when it is due
-        self._anchor = (0.0, float("-inf"), 0.0)
+        # timestamp of an observation, and the host's two clocks when it was due
+        self._anchor: tuple[float, float, float] | None = None
 
     def stamp(self, frame: Frame) -> int:
         """Wait until an observation is due, and return its stamp in ns."""
+        is_first = self._before is None
         self._report_jump(frame)
-        begin_s, began_s, wall_s = self._anchor
-        if self._is_live:
-            return stamp_of(frame)
+        played_s = self._wall() if self._is_live else self._play(frame)
+        if is_first:
+            self._anchor = None  # much is imported for the first reading: the second sets the pace
+        return stamp_of(frame) if frame.wall_time_s else round(played_s * 1e9)
+
+    def _play(self, frame: Frame) -> float:
+        """Wait until an observation is due, and return that time since 1970, s."""
         now_s = self._clock.now()
+        begin_s, began_s, wall_s = self._anchor or (frame.timestamp_s, now_s, self._wall())
         since_s = frame.timestamp_s - begin_s
-        late_s = now_s - (began_s + since_s)
-        if not -_LONGEST_PAUSE_S <= late_s <= _LARGEST_DELAY_S or since_s < 0:
-            self._anchor = (frame.timestamp_s, now_s, self._wall())
-            since_s, wall_s = 0.0, self._anchor[2]
-        elif late_s < 0:
-            self._clock.sleep(-late_s)
-        return stamp_of(frame) if frame.wall_time_s else round((wall_s + since_s) * 1e9)
+        early_s = began_s + since_s - now_s
+        if since_s < 0 or not -_LARGEST_DELAY_S <= early_s <= _LONGEST_PAUSE_S:
+            begin_s, began_s, wall_s = frame.timestamp_s, now_s, self._wall()
+            since_s = early_s = 0.0
+        self._anchor = begin_s, began_s, wall_s
+        self._clock.sleep(max(0.0, early_s))
+        return wall_s + since_s
 
     def _report_jump(self, frame: Frame) -> None:
         before, self._before = self._before, frame

@@ -63,7 +63,8 @@ def test_no_message_is_lost_and_stamps_and_heights_are_those_of_the_sensor(
         expected = [one[HeightMap].finite().mm for one in sensor.stream()]
     for topic in stamped:
         messages = subscriber.messages(topic)
-        stamps_s = [stamp_ns(one) * 1e-9 for one in messages]
+        # the first is played before the second sets the pace
+        stamps_s = [stamp_ns(one) * 1e-9 for one in messages[1:]]
         np.testing.assert_allclose(np.diff(stamps_s), 1 / 30, atol=1e-3)
         assert {one.header.frame_id for one in messages} == {"tactile_virtual_lab_optical"}
     heights = subscriber.messages(f"{ROOT}/height")

@@ -96,7 +96,7 @@ def report(subscriber: Subscriber, names: SensorNames, expected: list[bytes]) ->
     """Print a line for each topic."""
     print(f"load {os.getloadavg()[0]:.1f}; {len(expected)} observations at {FPS:g} Hz")
     for topic, arrived in subscriber.arrived.items():
-        if topic.endswith(DIAGNOSTICS):
+        if not arrived or arrived[0].message is None or topic.endswith(DIAGNOSTICS):
             print(f"{topic}: {len(arrived)} messages")
             continue
         # the first is played before the second sets the pace

@@ -42,6 +42,11 @@ class Published:
     topics: tuple[str, ...]
 
 
+def names_of(sensor: Sensor) -> SensorNames:
+    """Return the names of a sensor in ROS."""
+    return SensorNames.of_unit(sensor.serial, sensor.profile.name)
+
+
 class Broadcast:
     """Topics of an open sensor.
 
@@ -69,7 +74,7 @@ class Broadcast:
     ) -> None:
         self._sensor, self._publisher, self._say = sensor, publisher, say
         self._clock = clock
-        self._names = SensorNames.of_unit(sensor.serial, sensor.profile.name)
+        self._names = names_of(sensor)
         gives = sensor.pipeline.gives
         self._topics = {kind.name: self._names.topic(kind.name) for kind in topics_of(gives)}
         self.topics = {self._topics[kind.name]: kind.message for kind in topics_of(gives)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -46,6 +47,14 @@ def ros2(
         int | None,
         typer.Option(help="Domain of the programs that listen. Default: ROS_DOMAIN_ID, or 0."),
     ] = None,
+    services: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Offer services for reference, tare and recordings, which go to this folder; "
+            "needs ROS.",
+        ),
+    ] = None,
 ) -> None:
     """Publish picture, height, points, wrench, slip and health as topics of ROS 2, without ROS.
 
@@ -56,6 +65,7 @@ def ros2(
     from tactile_core.pipeline.opening import open_sensor
     from tactile_ros2.broadcast import Broadcast
     from tactile_ros2.publisher import Publisher, domain_of
+    from tactile_ros2.services import Services
 
     if input is not None and sim:
         raise InputError("--input and --sim exclude each other; give one of them")
@@ -74,6 +84,7 @@ def ros2(
             reconnect_s=reconnect_s,
         ) as sensor,
         Publisher(number) as publisher,
+        nullcontext() if services is None else Services(sensor, number, services) as offered,
     ):
         for note in sensor.notes:
             print_message(f"note: {note}")
@@ -84,6 +95,8 @@ def ros2(
         count = 0
         for count, published in enumerate(islice(broadcast.publish(), frames), 1):  # noqa: B007
             warnings.print(published.reading.warnings)
+            if offered is not None:
+                offered.spin()
         print_if_fewer(count, frames)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -98,6 +98,9 @@ def alterations(channels: int) -> Iterator[Alteration]:
     yield Alteration("turned", "180°", lambda p: p[::-1, ::-1])
     yield Alteration("mirrored", "left to right", lambda p: p[:, ::-1])
     yield Alteration("mirrored", "top to bottom", lambda p: p[::-1])
+    for rows in (8, 16, 48, 96):
+        for axis in (0, 1):
+            yield Alteration("rolled", f"{rows}", lambda p, n=rows, a=axis: np.roll(p, n, a))
     for share in (0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95):
         for place in ((0.5, 0.5), (0.0, 1.0)):
             yield Alteration("cropped", f"{share}", lambda p, s=share, at=place: _crop(p, s, at))
@@ -128,9 +131,9 @@ def _ramp(pixels: Array, share: float, axis: int) -> Array:
     return np.clip(np.rint(pixels * factor), 0, np.iinfo(pixels.dtype).max).astype(pixels.dtype)
 
 
-def recorded(data: Path, presses: int) -> Iterator[Unit]:
+def recorded(data: Path, presses: int, sensors: Sequence[Presses] = RECORDED) -> Iterator[Unit]:
     """Calibrate each recorded sensor on its presses and yield it with some of them."""
-    for one in RECORDED:
+    for one in sensors:
         folder = data / one.folder
         paths = sorted(folder.glob(one.pattern))
         profile = load_profile(one.profile)

@@ -83,7 +83,7 @@ def spots() -> Iterator[Row]:
     labels = np.asarray(found.labels)
 
     def ours() -> Array:
-        _, centres = measure_spots(found, weight, rim=0)
+        _, centres = measure_spots(found, labels, weight)
         return np.asarray(centres[:, ::-1].T)
 
     def library() -> Array:

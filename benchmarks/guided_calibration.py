@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
@@ -126,7 +126,10 @@ def by_files(
     """Calibrate from image files of the same presses, as ``tactile calibrate`` does."""
     for number, frame in enumerate(frames):
         write_frame(folder / "presses", frame, f"{number:02d}")
-    write_frame(folder / "reference", reference.as_frame(hand.mm_per_px), "reference")
+    undeformed = replace(
+        reference.as_frame(hand.mm_per_px), exposure_times_s=frames[0].exposure_times_s
+    )
+    write_frame(folder / "reference", undeformed, "reference")
     return calibrate(
         hand.profile,
         folder / "presses",
@@ -171,7 +174,7 @@ def row(rig: str, seed: int, overrides: dict[str, Any] | None, truths: int) -> s
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rig", choices=RIGS, action="append")
+    parser.add_argument("--rig", action="append", help="a profile; the papers' rigs by default")
     parser.add_argument("--seeds", type=int, nargs="+", default=[200, 201, 202])
     parser.add_argument(
         "--truths",

@@ -161,6 +161,11 @@ class VirtualHand:
             at = np.clip(at, margin, self.size_px - 1 - margin)
         if bad == "too light":
             share = float(rng.uniform(0.12, 0.25))
+        gel_mm = self.profile.gel.size_mm
+        if gel_mm is not None:  # the view may reach beyond the gel, a press cannot
+            half = np.array(gel_mm) / 2 / self.mm_per_px
+            middle = (self.size_px - 1) / 2
+            at = np.clip(at, middle - half, middle + half)
         depth = self._depth_of(share)
         if bad == "too deep":
             share = float(rng.uniform(0.84, 0.9))

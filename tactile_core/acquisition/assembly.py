@@ -10,7 +10,7 @@ from tactile_core.acquisition.devices import exposures_of
 from tactile_core.acquisition.geometry import ImageGeometry
 from tactile_core.algorithms.light.drift import LEVELS
 from tactile_core.errors import InputError
-from tactile_core.interfaces.illumination import Illumination
+from tactile_core.interfaces.illumination import Exposure, Illumination
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Frame, Image, Pixels
 
@@ -32,6 +32,11 @@ class Assembly:
 
     def __init__(self, illumination: Illumination, image: ImageSection) -> None:
         self.exposures = exposures_of(illumination)
+        if image.color != "rgb" and any(exposure.color for exposure in self.exposures):
+            raise InputError(
+                f"a light has a color, but the profile specifies color: {image.color}; write "
+                f"'image.color: rgb', or remove the color of the lights"
+            )
         self._channels = tuple(illumination.channels)
         self._image = image
         self._geometry = ImageGeometry(image)
@@ -51,15 +56,15 @@ class Assembly:
             )
         planes: list[Pixels] = []
         times: list[float] = []
-        dark: Pixels | None = None
+        dark: Image | None = None
         for image, exposure in zip(images, self.exposures, strict=True):
             if exposure.channels:
-                planes.append(self._planes(image, len(exposure.channels)))
+                planes.append(self._planes(image, exposure))
                 times.append(image.timestamp_s)
             else:
-                dark = self._planes(image, planes[0].shape[2] if planes else 1)
+                dark = image
         if dark is not None:
-            planes = [_less(plane, dark, self._image.full_scale) for plane in planes]
+            planes = self._without_ambient(planes, dark)
         return Frame(
             pixels=planes[0] if len(planes) == 1 else _channels_of(planes),
             channels=self._channels,
@@ -73,9 +78,19 @@ class Assembly:
             standalone=images[0].standalone,
         )
 
-    def _planes(self, image: Image, wanted: int) -> Pixels:
+    def _without_ambient(self, planes: Sequence[Pixels], dark: Image) -> list[Pixels]:
+        """Subtract a dark exposure, of each colour from the exposures of that colour."""
+        lit = [exposure for exposure in self.exposures if exposure.channels]
+        ambient = {exposure.color: self._planes(dark, exposure) for exposure in lit}
+        return [
+            _less(plane, ambient[exposure.color], self._image.full_scale)
+            for plane, exposure in zip(planes, lit, strict=True)
+        ]
+
+    def _planes(self, image: Image, exposure: Exposure) -> Pixels:
+        wanted = len(exposure.channels)
         try:
-            pixels = self._geometry.apply(image.pixels)
+            pixels = self._geometry.apply(image.pixels, exposure.color)
         except InputError as error:
             raise InputError(f"{image.source or 'camera'}: {error}") from error
         pixels = pixels if pixels.ndim == 3 else pixels[..., None]

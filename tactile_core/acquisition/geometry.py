@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactile_core.errors import InputError
+from tactile_core.interfaces.illumination import COLORS, Color
 from tactile_core.interfaces.image import ImageSection
 from tactile_core.quantities import Pixels
 
@@ -39,13 +40,16 @@ class ImageGeometry:
         """Width and height of the resulting image."""
         return self._section.width_px, self._section.height_px
 
-    def apply(self, pixels: Pixels) -> Pixels:
+    def apply(self, pixels: Pixels, color: Color | None = None) -> Pixels:
         """Return the rectified image; the input itself if there is nothing to do.
 
         Parameters
         ----------
         pixels : (H, W) or (H, W, 3) uint8 or uint16
             Raw camera image.
+        color : "red", "green" or "blue", optional
+            The only colour to keep; a grey image is taken to be it. Default: all that
+            ``image.color`` says.
 
         Returns
         -------
@@ -58,7 +62,7 @@ class ImageGeometry:
             The image's bit depth or colour differs from the profile, or the crop is larger than
             the image.
         """
-        pixels = self._turn_pixels(self._crop_pixels(self._check_pixels(pixels)))
+        pixels = self._turn_pixels(self._crop_pixels(self._check_pixels(pixels, color)))
         if self._section.lens is not None or self._homography is not None:
             pixels = self._remap_pixels(np.ascontiguousarray(pixels))
         if _size(pixels) != self.size_px:
@@ -146,7 +150,7 @@ class ImageGeometry:
             width, height = height, width
         return self.size_px[0] * height / (width * self.size_px[1])
 
-    def _check_pixels(self, pixels: Pixels) -> Pixels:
+    def _check_pixels(self, pixels: Pixels, color: Color | None) -> Pixels:
         section = self._section
         wanted = np.uint8 if section.bit_depth == 8 else np.uint16
         wrong = _no_image(pixels)
@@ -162,6 +166,8 @@ class ImageGeometry:
                 f"the image has intensities up to {pixels.max()}, but {section.bit_depth} bits end "
                 f"at {section.full_scale:.0f}; correct 'image.bit_depth'"
             )
+        if color is not None:
+            return pixels if pixels.ndim == 2 else pixels[..., COLORS.index(color)]
         if section.color == "luma" and pixels.ndim == 3:
             import cv2
 

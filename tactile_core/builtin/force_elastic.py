@@ -133,6 +133,7 @@ class ElasticForce(FittedForce):
 
     Options: ClassVar[type[BaseModel]] = ElasticForceOptions
     artefact: ClassVar[str] = "stiffness"
+    fewest_sequences: ClassVar[int] = 1
     feature_names: ClassVar[tuple[str, ...]] = ("normal_force_n",)
 
     def __init__(self, options: ElasticForceOptions, context: SensorContext) -> None:
@@ -240,12 +241,13 @@ class ElasticForce(FittedForce):
         CalibrationError
             No contact is seen under any of them.
         """
-        if not sequences:  # what is known without any
+        found = np.array([one for each in sequences for one in each.features[:, 0]])
+        acted = np.array([one for each in sequences for one in each.forces[:, 2]])
+        loaded = np.isfinite(acted) & (acted > 0)
+        if not loaded.any():  # what is known without any
             return GelStiffness(1.0, self._modulus_tolerance)
-        found = np.concatenate([one.features[:, 0] for one in sequences])
-        acted = np.concatenate([one.forces[:, 2] for one in sequences])
-        used = np.isfinite(acted) & (found > 0)
-        factor = float(found[used] @ acted[used]) / max(float(found[used] @ found[used]), 1e-12)
+        found, acted = found[loaded], acted[loaded]
+        factor = float(found @ acted) / max(float(found @ found), 1e-12)
         return GelStiffness(factor, _FITTED)
 
     def _measure_deformation(

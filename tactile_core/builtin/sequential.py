@@ -14,6 +14,7 @@ from tactile_core.formats.video import NOMINAL_FPS
 from tactile_core.interfaces.camera import Camera, Trigger
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.illumination import (
+    Color,
     Exposure,
     Illumination,
     Light,
@@ -39,6 +40,11 @@ class SequentialLight(LightOptions):
         description="Exposure time of this light, s, if the camera can change it between images. "
         "Default: that of the camera.",
     )
+    color: Color | None = Field(
+        default=None,
+        description="Colour of the image that measures a coloured light, with image.color: rgb; "
+        "the others hold little of it, and noise. Default: the whole image, which is grey.",
+    )
 
 
 class SequentialOptions(Options):
@@ -56,6 +62,12 @@ class SequentialOptions(Options):
     @model_validator(mode="after")
     def _lights_differ(self) -> Self:
         refuse_same_names(self.lights)
+        return self
+
+    @model_validator(mode="after")
+    def _all_coloured_or_none(self) -> Self:
+        if len({light.color is None for light in self.lights}) > 1:
+            raise ValueError("some lights have a color; give every light one, or none")
         return self
 
 
@@ -91,7 +103,12 @@ class SequentialIllumination(Illumination):
     def exposures(self) -> tuple[Exposure, ...]:
         """One exposure per light, and a dark one at the end if requested."""
         lit = tuple(
-            Exposure({light.name: light.level}, (light.name,), light.exposure_time_s)
+            Exposure(
+                {light.name: light.level},
+                (light.name,),
+                light.exposure_time_s,
+                color=light.color,
+            )
             for light in self._exposed
         )
         return (*lit, Exposure({}, ())) if self._dark else lit

@@ -185,8 +185,9 @@ class Bundle:
         if mine.starting:  # slopes depend on no scale
             return [
                 f"this unit is not calibrated: its heights are coarse, by a starting calibration "
-                f"of {mine.starting}; 'tactile calibrate {profile.name} --live "
-                f"--ball-diameter-mm D' measures it, with ten presses of a ball"
+                f"of {mine.starting.of}, and relative to the first image where no --reference is "
+                f"given; 'tactile calibrate {profile.name} --live --ball-diameter-mm D' measures "
+                f"it, with ten presses of a ball"
             ]
         # [share] measured scales differ by as much
         if abs(image.mm_per_px / mine.mm_per_px - 1) > 0.01:
@@ -203,14 +204,14 @@ class Bundle:
         return notes
 
     def check_gel(self, gel: str) -> None:
-        """Check that the bundle was made with a gel.
+        """Check that the bundle was made with a gel; a starting calibration is of every gel.
 
         Raises
         ------
         CalibrationError
             It was made with another one, or the gel was not named.
         """
-        if self.manifest.gel_id != gel:
+        if self.manifest.gel_id != gel and not self.manifest.starting:
             made = f"gel {self.manifest.gel_id}" if self.manifest.gel_id else "a gel without a name"
             raise CalibrationError(
                 f"the bundle was made with {made}, not with gel {gel}; use the bundle of this gel "

@@ -73,6 +73,24 @@ class Imported(BaseModel):
     file: Text
 
 
+class Starting(BaseModel):
+    """A calibration of a design: it measures every unit coarsely before that is calibrated.
+
+    Attributes
+    ----------
+    of : str
+        What it was fitted to, in words.
+    flip, rotate_deg
+        How the design turns the camera's image, and so where the lights are in it.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
+
+    of: Text
+    flip: Text = "none"
+    rotate_deg: int = 0
+
+
 FORMAT = 5  # Version of the bundle format that is written and read
 
 MANIFEST = "manifest.json"  # File name of the manifest
@@ -114,9 +132,8 @@ class Manifest(BaseModel):
     imported : Imported or None
         Where the light model comes from; None if it was fitted to presses. An imported one has no
         score: ``held_out`` is None.
-    starting : str
-        What a starting calibration was fitted to, in words: units of the same design, so that every
-        unit can be measured coarsely before it is calibrated. Empty for the calibration of a unit.
+    starting : Starting or None
+        Of a starting calibration; None for the calibration of a unit.
     light_range : LightRange or None
         What is normal for the light of this unit; None if it was not observed.
     doubts : tuple of str
@@ -148,7 +165,7 @@ class Manifest(BaseModel):
     presses_used: int = Field(default=0, ge=0)
     held_out: dict[str, Any] | None = None
     imported: Imported | None = None
-    starting: Text = ""
+    starting: Starting | None = None
     light_range: LightRange | None = None
     doubts: tuple[Text, ...] = ()
     versions: dict[str, Text] = {}

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from tactile_core.bundles.manifest import bundle_files, read_manifest
-from tactile_core.errors import InputError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.formats.text import shorten_repr
 from tactile_core.profiles.model import Profile
 
@@ -54,15 +54,30 @@ def default_place(profile: Profile, serial: str | None, gel: str | None = None) 
 def find_place(profile: Profile, serial: str | None, gel: str | None = None) -> Path | None:
     """Return the folder of a unit's bundle, else of its design's starting calibration, if any.
 
-    A profile of another image size may have inherited that, and has none.
+    A profile whose image has another size, or is turned otherwise, may have inherited that, and has
+    none.
 
     Raises
     ------
     CalibrationError
-        The folder that the profile names is no bundle.
+        The profile names a folder that is no starting calibration.
     """
     own, start = default_place(profile, serial, gel), profile.starting_bundle
     if own.is_dir() or start is None:
         return own if own.is_dir() else None
-    size_px = profile.image.width_px, profile.image.height_px
-    return start if read_manifest(start).image_size_px == size_px else None
+    named = f"'starting_bundle' of the profile {profile.name} names {start}"
+    try:
+        made = read_manifest(start)
+    except CalibrationError as error:
+        raise CalibrationError(
+            f"{named}, which cannot be used ({error}); install the profile's package again, or set "
+            f"the key to null"
+        ) from error
+    if made.starting is None:
+        raise CalibrationError(
+            f"{named}, the bundle of one unit; name what 'tactile starting-calibration' has made, "
+            f"or set the key to null"
+        )
+    image, design = profile.image, made.starting
+    mine = (image.width_px, image.height_px), image.flip, image.rotate_deg
+    return start if mine == (made.image_size_px, design.flip, design.rotate_deg) else None

@@ -29,7 +29,7 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.profiles.model import Profile
 from tactile_core.quantities import Frame, Reference
 from tactile_core.recordings.inputs import PROFILE, Inputs
-from tactile_core.recordings.session_files import own_reference
+from tactile_core.recordings.session_files import taken_reference
 
 # [count] Fewest presses that several processes share. With fewer, starting a process takes longer
 # than it saves (ADR 8)
@@ -130,7 +130,7 @@ def calibrate(
             f"{presses} holds a guided calibration without any press that was kept; record again"
         )
     helpers = workers - 1 if scored and len(frames) >= _FEWEST_SHARED else 0
-    own = None if session is None or reference else own_reference(session, presses)
+    own = None if session is None or reference else taken_reference(session, presses)
     undeformed, stand_in = undeformed_sensor(base, frames, reference, target, own)
     condition = conditioning_for(base, undeformed, calibrator)
     undeformed = condition.undeformed

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactile_core.algorithms.arrays.types import Array, Bool
 from tactile_core.algorithms.light.appearance import (
@@ -16,6 +18,7 @@ from tactile_core.algorithms.light.appearance import (
     polynomial,
 )
 from tactile_core.algorithms.light.drift import DRIFT
+from tactile_core.algorithms.light.seam import find_seam
 from tactile_core.bundles.manifest import LightRange
 from tactile_core.quantities import Frame, Reference, ShownGel
 from tactile_core.quantities.observation import Cause
@@ -28,6 +31,14 @@ SURFACE_TOLERANCE = 0.04
 SURFACE_SCALES = 0.2, 0.1, 0.05, 0.03, 0.02
 
 FLOOR = 0.004  # Logarithm of intensity that noise and rounding leave in a smooth field
+
+
+SEAM = 1.5  # Ratio of the step at a line to those around it; presses reach 1.4
+
+# Share of the typical change of a pixel that is left when a roll is undone, at most
+UNDONE = 0.95
+
+SAMPLES = 40  # Pixels of a line that a step is averaged over, count: enough against noise
 
 
 # Share of what a constant leaves that a change of the light explains; a wide contact does not.
@@ -100,6 +111,8 @@ class GelCheck:
         # [share of the reference's readable cells] dark in every channel
         if shown < seen and np.count_nonzero(look.cells.black(log) & look.seen) > 0.12 * seen:
             return "unknown"
+        if self._is_rolled(frame):
+            return "rolled"
         found: Cause | None = look.cause(log, readable, change, MARGIN)
         if found is None and self._beyond is not None and not self._unsuspicious(change):
             found = self._of_light(self.light_change(change, both))
@@ -112,6 +125,34 @@ class GelCheck:
     def _too_bright_or_dark(self, frame: Frame) -> bool:
         ratio = frame.light_ratio if self.compensated else None
         return ratio is not None and np.abs(np.log(ratio)).max() > DRIFT.largest_log_gain
+
+    def _is_rolled(self, frame: Frame) -> bool:
+        """Whether a seam crosses the image, and the reference agrees better from there on.
+
+        In either direction, because the camera's rows may be turned.
+        """
+        for axis, undeformed in enumerate(self._undeformed_lines):
+            lines = self._lines_of(frame, axis, undeformed)
+            change = lines - undeformed
+            line, strength = find_seam(change * np.float32(255 / frame.full_scale))
+            if strength > SEAM:
+                left = np.median(np.abs(np.roll(lines, -line, axis=0) - undeformed))
+                if left < UNDONE * np.median(np.abs(change)):
+                    return True
+        return False
+
+    def _lines_of(self, frame: Frame, axis: int, undeformed: Array) -> Array:
+        """Some pixels of each line, with those of the reference at markers."""
+        lines = _some_of_lines(frame.pixels, axis).astype(np.float32)
+        for mask in (frame.marker_mask, self.reference.marker_mask):
+            if mask is not None:
+                np.copyto(lines, undeformed, where=_some_of_lines(mask, axis)[..., None])
+        return lines
+
+    @cached_property
+    def _undeformed_lines(self) -> tuple[Array, Array]:
+        pixels = self.reference.pixels.astype(np.float32)
+        return _some_of_lines(pixels, 0), _some_of_lines(pixels, 1)
 
     def change_of(self, frame: Frame) -> LightChange | None:
         """Return what of a conditioned frame's change no tilt explains; None if that is unknown."""
@@ -219,6 +260,12 @@ class GelCheck:
         square = float(np.square(drift).sum())
         share = float((slope * drift).sum()) / square if square > 0 else 0.0
         return np.asarray(slope - drift * min(max(share, 0.0), 1.0))
+
+
+def _some_of_lines(image: NDArray[Any], axis: int) -> NDArray[Any]:
+    """Return rows (axis 0) or columns (1) first, with some of the pixels of each."""
+    lines = np.moveaxis(image, axis, 0)
+    return np.ascontiguousarray(lines[:, :: max(1, lines.shape[1] // SAMPLES)])
 
 
 def _rms(field: Array) -> float:

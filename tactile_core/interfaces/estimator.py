@@ -193,6 +193,9 @@ class FittedForce(Estimator):
     ----------
     artefact : str
         Name of the model in the bundle.
+    fewest_sequences : int
+        Number that :meth:`fit` needs. With 1 it returns what is known before from none, which the
+        score of a single one takes.
     feature_names : tuple of str
         Names of the features. With ``shift_x`` and ``shift_y``, the mean displacement in mm, the
         axes of the load cell are compared with the image's, and with ``moment``, that of the
@@ -200,6 +203,7 @@ class FittedForce(Estimator):
     """
 
     artefact: ClassVar[str] = "force"
+    fewest_sequences: ClassVar[int] = 2
     feature_names: ClassVar[tuple[str, ...]] = ()
 
     features: Any

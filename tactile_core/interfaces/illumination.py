@@ -9,12 +9,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, Field, field_validator, model_validator
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.gel import LightBuild
+
+Color = Literal["red", "green", "blue"]
+COLORS: tuple[Color, ...] = ("red", "green", "blue")  # Of a colour image, in the order of RGB
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,16 @@ class Exposure:
         Exposure time, if it differs from the camera's setting.
     gain : float or None
         Gain in the camera's own unit, if it differs from the camera's setting.
+    color : "red", "green", "blue" or None
+        The colour of a colour camera's image that is the exposure's one channel. None: the whole
+        image.
     """
 
     levels: Mapping[str, float]
     channels: tuple[str, ...]
     exposure_time_s: float | None = None
     gain: float | None = None
+    color: Color | None = None
 
 
 class Illumination(ABC):

@@ -101,17 +101,23 @@ def open_sensor(
             resolved = with_unit_devices(resolved, serial)
     if gel is not None:
         check_serial(gel, "gel")
+    recorded = None
     if bundle is None and session is not None:
         from tactile_core.recordings.session_files import bundle_of
 
-        bundle = bundle_of(session, Path(input or ""))
-    if bundle is None:
+        bundle = recorded = bundle_of(session, Path(input or ""))
+    if bundle is None or (bundle is recorded and recorded.manifest.starting):
         place = find_place(resolved, serial, gel)
-        bundle = None if place is None else Bundle.load(place)
+        measured = place is not None and place != resolved.starting_bundle
+        if place is not None and (bundle is None or measured):  # the unit was calibrated since
+            bundle = Bundle.load(place)
     elif not isinstance(bundle, Bundle):
         bundle = Bundle.load(Path(bundle))
     if gel is not None and bundle is not None:
         bundle.check_gel(gel)
+    first = session is not None and session.reference is not None and session.reference.relative
+    if first and reference is None and bundle is not None and bundle is not recorded:
+        reference = bundle.reference  # better than the first image of the recording
     note = ""
     if input is not None and is_word(reference, MEDIAN):
         from tactile_core.acquisition.median import median_reference

@@ -75,6 +75,11 @@ class Sensor(Closing):
         self._reference = InitialReference(
             profile, reference, self._recorded, FIRST if starting else None
         )
+        if starting and reference is None and self._reference.is_first and self.observations == 1:
+            raise InputError(
+                f"{input} is a single image, and what is not calibrated is measured relative to "
+                f"another one; give --reference, an image of the undeformed sensor"
+            )
         self._source = FrameSource(profile, timeout_s, reconnect_s)
         self.camera = self._source.camera
         self._measurement = Measurement(self._source)

@@ -246,6 +246,7 @@ Cause = Literal[
     "grey",
     "another_unit",
     "one_sided_light",
+    "rolled",
     "unknown",
 ]
 
@@ -269,6 +270,10 @@ _ADVICE: Mapping[str, str] = {
         "its light has become brighter on one side than in the reference; check the LEDs, keep "
         "other light out, and record a new reference"
     ),
+    "rolled": (
+        "it begins in the middle of the view, as where a transfer has lost rows; leave this frame "
+        "out, and if there are more of them choose a lower rate, or another cable or port"
+    ),
     "unknown": (
         "it looks like nothing that this gel can look like, or is much brighter or darker than in "
         "the reference; check camera, exposure and lights, and record a new reference"
@@ -286,8 +291,8 @@ class ShownGel(Quantity):
         False: whatever is measured from this frame is wrong.
     cause : str or None
         What was done to the frame: ``channels_swapped``, ``turned``, ``mirrored``, ``cropped`` (or
-        scaled), ``grey``, ``another_unit`` (or an aged gel), ``one_sided_light`` or ``unknown``;
-        None if nothing was.
+        scaled), ``grey``, ``another_unit`` (or an aged gel), ``one_sided_light``, ``rolled``
+        (begins in the middle of the view) or ``unknown``; None if nothing was.
     """
 
     this_gel: Annotated[bool, FieldSpec(saved_as="shows_this_gel")]

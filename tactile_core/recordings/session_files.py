@@ -133,6 +133,18 @@ def own_reference(session: RecordedSession, path: Path) -> Reference | None:
     return session.reference
 
 
+def taken_reference(session: RecordedSession, path: Path) -> Reference | None:
+    """Return the reference in a recording, unless it is merely the first image; else None.
+
+    Raises
+    ------
+    InputError
+        It is damaged.
+    """
+    reference = own_reference(session, path)
+    return None if reference is None or reference.relative else reference
+
+
 def profile_text(profile: Profile) -> str:
     """Return a profile as YAML that needs no other file, without secrets in addresses."""
     # the recording has the bundle itself

@@ -90,6 +90,8 @@ def _fault_of_exposures(exposures: Sequence[Exposure], channels: tuple[str, ...]
             return f"levels outside 0..1: {outside}"
         if exposure.channels and not any(exposure.levels.values()):
             return f"no light is on in the exposure that measures {exposure.channels}"
+        if exposure.color is not None and len(exposure.channels) != 1:
+            return f"an exposure of one color measures {exposure.channels}"
         for name in ("exposure_time_s", "gain"):
             value = getattr(exposure, name)
             if value is not None and not 0 < value < math.inf:

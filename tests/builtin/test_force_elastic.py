@@ -313,3 +313,8 @@ def test_a_stiffness_is_saved_and_read_again(tmp_path: Path) -> None:
 def test_weights_that_leave_no_contact_are_refused(step: ElasticForce) -> None:
     with pytest.raises(CalibrationError, match="no contact"):
         step.fit([ForceSamples("light", np.zeros((1, 1)), np.array([[0.0, 0.0, 1.0, 0.0]]))])
+
+
+def test_a_mass_of_nothing_says_nothing(step: ElasticForce) -> None:
+    nothing = ForceSamples("nothing", np.ones((1, 1)), np.zeros((1, 4)))
+    assert step.fit([nothing]).factor == 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tactile_core.acquisition.acquisition import average
-from tactile_core.errors import SequenceError
+from tactile_core.errors import InputError, ProfileError, SequenceError
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import read_frames
 from tactile_core.profiles.loader import load_profile
@@ -78,3 +78,63 @@ def test_a_swapped_exposure_is_named_and_not_measured(tmp_path: Path) -> None:
     with pytest.raises(SequenceError, match=r"press7.*'led2' shows light 'led5'") as caught:
         pipeline.process(bad)
     assert caught.value.exit_code == 2
+
+
+# One colour of a colour image measures a coloured light
+
+
+COLOURED = """\
+schema: 1
+name: coloured
+image: {{width_px: 4, height_px: 3, mm_per_px: 0.1, transfer: linear, color: {color}}}
+illumination:
+  use: core.sequential
+  dark: {dark}
+  lights:
+    - {{name: left, color: blue, azimuth_deg: 180, elevation_deg: 20}}
+    - {{name: right, color: red, azimuth_deg: 0, elevation_deg: 20}}
+    - {{name: top, color: {top}, azimuth_deg: -90, elevation_deg: 20}}
+"""
+
+
+def coloured(folder: Path, *, color: str = "rgb", dark: bool = False, top: str = "red") -> Profile:
+    (folder / "coloured.yaml").write_text(
+        COLOURED.format(color=color, dark=str(dark).lower(), top=top)
+    )
+    return load_profile(folder / "coloured.yaml")
+
+
+def even(red: int, green: int, blue: int) -> np.ndarray:
+    """Image of 4 × 3, as OpenCV writes it."""
+    return np.full((3, 4, 3), (blue, green, red), np.uint8)
+
+
+def test_each_light_is_measured_by_its_own_colour(tmp_path: Path) -> None:
+    images = [even(1, 2, 103), even(104, 5, 6), even(107, 8, 9)]
+    (frame,) = read_frames(coloured(tmp_path), record(tmp_path / "three", images))
+    assert frame.channels == ("left", "right", "top")
+    assert frame.pixels[0, 0].tolist() == [103, 104, 107]
+
+
+def test_ambient_light_is_subtracted_colour_by_colour(tmp_path: Path) -> None:
+    images = [even(1, 2, 103), even(104, 5, 6), even(107, 8, 9), even(40, 30, 20)]
+    profile = coloured(tmp_path, dark=True)
+    (frame,) = read_frames(profile, record(tmp_path / "four", images))
+    assert frame.pixels[0, 0].tolist() == [83, 64, 67]
+
+
+def test_a_grey_image_is_that_of_the_lights_colour(tmp_path: Path) -> None:
+    images = [np.full((3, 4), level, np.uint8) for level in (50, 60, 70)]
+    (frame,) = read_frames(coloured(tmp_path), record(tmp_path / "grey", images))
+    assert frame.pixels[0, 0].tolist() == [50, 60, 70]
+
+
+def test_a_colour_needs_colour_images(tmp_path: Path) -> None:
+    images = record(tmp_path / "three", [even(1, 2, 103)] * 3)
+    with pytest.raises(InputError, match=r"image\.color: rgb"):
+        list(read_frames(coloured(tmp_path, color="luma"), images))
+
+
+def test_every_light_has_a_colour_or_none(tmp_path: Path) -> None:
+    with pytest.raises(ProfileError, match="give every light one, or none"):
+        coloured(tmp_path, top="null")

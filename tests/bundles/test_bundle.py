@@ -15,6 +15,7 @@ from tactile_core.bundles.bundle import Bundle
 from tactile_core.bundles.manifest import (
     FORMAT,
     Manifest,
+    Starting,
     is_measured,
     read_manifest,
     write_manifest,
@@ -67,13 +68,14 @@ def test_another_units_bundle_is_refused(lab: VirtualLab) -> None:
 
 def test_a_starting_bundle_is_of_every_unit_and_says_so(lab: VirtualLab) -> None:
     bundle = Bundle.load(lab.bundle)
-    manifest = bundle.manifest.model_copy(update={"starting": "15 virtual units of this design"})
+    manifest = bundle.manifest.model_copy(update={"starting": Starting(of="15 virtual units")})
     starting = replace(bundle, manifest=manifest)
     scale = lab.profile.image.model_copy(update={"mm_per_px": 0.2})
     other = lab.profile.model_copy(update={"name": "mine", "image": scale})
     (note,) = starting.check(other, "0008")
     assert "not calibrated" in note
-    assert "15 virtual units of this design" in note
+    assert "15 virtual units" in note
+    starting.check_gel("G2")
     assert "tactile calibrate mine" in note
     smaller = scale.model_copy(update={"width_px": 80})
     with pytest.raises(CalibrationError, match="image size"):

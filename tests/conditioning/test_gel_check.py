@@ -110,6 +110,7 @@ MISTAKES: dict[str, list[Callable[[Image], Image]]] = {
     "mirrored": [lambda p: p[:, ::-1], lambda p: p[::-1]],
     "cropped": [cropped(0.6), cropped(0.75), cropped(0.9)],
     "one_sided_light": [one_sided(0.06), one_sided(0.1)],
+    "rolled": [lambda p: np.roll(p, 12, axis=0), lambda p: np.roll(p, -90, axis=1)],
 }
 COLOURED: dict[str, list[Callable[[Image], Image]]] = {
     "channels_swapped": [lambda p: p[..., ::-1], lambda p: p[..., [1, 0, 2]]],
@@ -146,6 +147,7 @@ def test_a_dark_or_unrelated_image_is_nothing_that_the_gel_can_look_like(rig: st
 WIDE = (
     ("flat", 0.1, {"size_mm": (40, 40)}),
     ("flat", 0.1, {"size_mm": (8, 30), "x_mm": 5.0}),
+    ("flat", 0.1, {"size_mm": (40, 5), "y_mm": 3.0}),
     ("cylinder", 0.25, {"diameter_mm": 12.0, "length_mm": 40.0, "angle_deg": 40.0}),
     ("sphere", 0.3, {"diameter_mm": 30.0}),
     ("sphere", 0.4, {"diameter_mm": 4.0}),

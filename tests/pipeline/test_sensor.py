@@ -15,7 +15,9 @@ from tactile_core.acquisition import devices
 from tactile_core.algorithms.heights.sphere import BallPress
 from tactile_core.builtin.sequential import ReplayCamera
 from tactile_core.bundles.bundle import Bundle
+from tactile_core.bundles.manifest import Starting
 from tactile_core.bundles.places import default_place
+from tactile_core.calibration.fitting import calibrate
 from tactile_core.errors import CalibrationError, CameraLost, DeviceError, InputError
 from tactile_core.formats.images import write_png
 from tactile_core.interfaces.device import Options
@@ -52,7 +54,7 @@ def starting(lab: VirtualLab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """The lab's sensor, with a starting calibration and none of its unit."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     own = Bundle.load(lab.bundle)
-    manifest = own.manifest.model_copy(update={"starting": "another unit"})
+    manifest = own.manifest.model_copy(update={"starting": Starting(of="another unit")})
     Bundle(manifest, own.artefacts, None).save(tmp_path / "start")
     return lab.profile.model_copy(update={"starting_bundle": tmp_path / "start"})
 
@@ -68,6 +70,38 @@ def test_an_uncalibrated_sensor_measures_relative_to_its_first_image_and_says_so
     for reading in (first, second):
         assert any("another unit" in warning for warning in reading.warnings)
     assert first[HeightMap].mm.max() < 0.05 < second[HeightMap].mm.max()
+
+
+def test_a_single_image_of_an_uncalibrated_sensor_needs_a_reference(
+    starting: Profile, lab: VirtualLab
+) -> None:
+    with pytest.raises(InputError, match="a single image"):
+        open_sensor(starting, input=lab.reference)
+
+
+def test_a_recording_of_an_uncalibrated_sensor_is_measured_by_its_later_calibration(
+    starting: Profile, lab: VirtualLab, tmp_path: Path
+) -> None:
+    """Relative to its reference, and not to the first image, which may show a contact."""
+    with (
+        open_sensor(starting, input=lab.presses) as sensor,
+        sensor.record(tmp_path / "session.mcap", waits=True),
+    ):
+        coarse = [reading[HeightMap].mm.max() for reading in sensor.stream()]
+    session = tmp_path / "session.mcap"
+    own = Bundle.load(lab.bundle)
+    with open_sensor(starting, input=session, bundle=own) as sensor:
+        measured = [reading[HeightMap].mm.max() for reading in sensor.stream()]
+    own.save(default_place(starting, None))
+    with open_sensor(starting, input=session) as sensor:
+        again = [reading[HeightMap].mm.max() for reading in sensor.stream()]
+    with open_sensor(lab.profile_path, input=lab.presses, bundle=own) as sensor:
+        expected = [reading[HeightMap].mm.max() for reading in sensor.stream()]
+    np.testing.assert_allclose(measured, expected, rtol=1e-5)
+    np.testing.assert_allclose(again, expected, rtol=1e-5)
+    assert coarse[0] < 0.05 < expected[0]
+    with pytest.raises(InputError, match="needs a reference"):
+        calibrate(starting, session, ball_diameter_mm=BALL_MM)
 
 
 def test_an_uncalibrated_sensor_takes_a_reference_that_is_given(

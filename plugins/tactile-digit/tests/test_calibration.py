@@ -8,9 +8,10 @@ from support.ball_calibration import calibrated, error_deg, radius_ratio, used, 
 from support.uncalibrated import assert_coarse
 
 
-def test_presses_of_a_virtual_ball_give_its_radius(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["digit", "digit_sequential"])
+def test_presses_of_a_virtual_ball_give_its_radius(name: str, tmp_path: Path) -> None:
     rectified = tmp_path / "rectified.yaml"  # virtual images are rectified already
-    rectified.write_text("extends: digit\nname: rectified\nimage: {rotate_deg: 0}\n")
+    rectified.write_text(f"extends: {name}\nname: rectified\nimage: {{rotate_deg: 0}}\n")
     report = virtually_calibrated(rectified, tmp_path)
     assert used(report) >= 11
     assert error_deg(report) < 4

@@ -87,7 +87,8 @@ def test_each_led_has_four_bits_of_the_zoom(levels: dict[str, float], zoom: int)
     assert ("zoom", zoom) in camera.received
 
 
-def test_the_virtual_digit_needs_no_device() -> None:
-    done = tactile("run", "digit", "--sim", "--frames", 3, "--json")
+@pytest.mark.parametrize("name", ["digit", "digit_sequential"])
+def test_the_virtual_digit_needs_no_device(name: str) -> None:
+    done = tactile("run", name, "--sim", "--frames", 3, "--json")
     assert done.returncode == 0, done.stderr
     assert [json.loads(line)["sequence"] for line in done.stdout.splitlines()] == [0, 1, 2]

@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 from tactile_core.errors import InputError
 from tactile_core.formats.files import read_bytes
 
-# [bytes] Of one tensor; the largest of a known network has 7 MB
-_LARGEST = 1 << 24
+# [bytes] Of all tensors together; a known network has 18 MB
+_LARGEST = 1 << 26
 
 _STORAGES: Mapping[str, str] = {"FloatStorage": "f4", "DoubleStorage": "f8", "LongStorage": "i8"}
 
@@ -77,6 +77,8 @@ class _Archive:
         self._archive, self._path = archive, path
         (pickled,) = (name for name in archive.namelist() if name.rpartition("/")[2] == "data.pkl")
         self._folder = pickled.removesuffix("data.pkl")
+        self._bytes = 0  # until now
+        self._storages: dict[tuple[str, str, int], NDArray[Any]] = {}
 
     def read(self) -> Any:
         pickled = self._entry("data.pkl")
@@ -88,7 +90,8 @@ class _Archive:
 
     def _entry(self, name: str) -> bytes:
         entry = self._archive.getinfo(self._folder + name)
-        if entry.file_size > _LARGEST:
+        self._bytes += entry.file_size
+        if self._bytes > _LARGEST:
             raise InputError(
                 f"{self._path} has {entry.file_size / 1e6:.0f} MB in {name}, too much for a "
                 "network that measures slopes; give the file of such a network"
@@ -96,6 +99,13 @@ class _Archive:
         return self._archive.read(entry)
 
     def _storage(self, dtype: str, key: str, count: int) -> NDArray[Any]:
+        """Return the numbers of a storage, which several tensors may show."""
+        named = dtype, key, count
+        if named not in self._storages:
+            self._storages[named] = self._read_storage(*named)
+        return self._storages[named]
+
+    def _read_storage(self, dtype: str, key: str, count: int) -> NDArray[Any]:
         order = self._entry("byteorder") if self._has("byteorder") else b"little"
         kind = np.dtype(dtype).newbyteorder(">" if order == b"big" else "<")
         numbers = np.frombuffer(self._entry(f"data/{key}"), kind)

@@ -138,8 +138,13 @@ def starting_calibration(
     """
     from tactile_core.calibration.fitting import calibrate
     from tactile_core.cli.output import Bar
+    from tactile_core.errors import InputError
+    from tactile_sim.starting_calibration import check_starting_place
     from tactile_sim.starting_calibration import starting_calibration as fit
 
+    check_starting_place(out)
+    if presses is None and (reference is not None or ball_diameter_mm is not None):
+        raise InputError("--reference and --ball-diameter-mm are of real presses; give --presses")
     measured = None
     if presses is not None:
         measured = calibrate(

@@ -93,14 +93,17 @@ class SoftGel:
 
         Without a known gel size it is the view plus a margin in which displacements decay. With
         one it is the gel plus a narrow gap between its periodic images, so that its edges behave
-        as free.
+        as free; but what presses at one end of the view must not move the other end.
         """
         thickness = self.elastomer.thickness_mm
+        decay = 2 * thickness  # of displacements
         if self.size_mm is None:
-            margin = 4 * thickness  # displacements decay in 2 thicknesses on each side
-            return view_mm[0] + margin, view_mm[1] + margin
+            return view_mm[0] + 2 * decay, view_mm[1] + 2 * decay
         gap = 0.2 * thickness  # a wider one acts as elastomer and stiffens the edges (ADR 21)
-        return max(view_mm[0], self.size_mm[0] + gap), max(view_mm[1], self.size_mm[1] + gap)
+        width, height = (
+            max(view + decay, size + gap) for view, size in zip(view_mm, self.size_mm, strict=True)
+        )
+        return width, height
 
     @property
     def is_flat(self) -> bool:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from tactile_core.errors import InputError
@@ -116,15 +117,7 @@ class VirtualStage(GelSurface):
 
     def frame(self) -> Frame:
         """Take a frame with every exposure of the rig's sequence."""
-        truth = self.truth()
-        markers_px = truth.markers_px if len(truth.markers_px) else None
-        taken = self._optics.take_frame(
-            truth.height_mm,
-            truth.displacement_mm,
-            markers_px,
-            number=self._shot,
-            time_s=self.time_s,
-        )
+        taken = self._optics.take_frame(*self._shown(), number=self._shot, time_s=self.time_s)
         self._shot += 1
         return taken
 
@@ -135,15 +128,22 @@ class VirtualStage(GelSurface):
         -------
         list of (H, W, 1) or (H, W, 3) uint8 or uint16
         """
-        number = self._shot
-        lit = iter(np.split(self.frame().pixels, self._shots, axis=2))
-        dark = self._optics.surface(self.truth().height_mm) if self._has_dark else None
+        number, shown = self._shot, self._shown()
+        lit = iter(self._optics.take_images(*shown, frame=number))
+        self._shot += 1
+        dark = self._optics.surface(shown[0]) if self._has_dark else None
         return [
             next(lit)
             if exposure.channels or dark is None
             else self._optics.photograph(dark, {}, frame=number)
             for exposure in self._optics.exposures
         ]
+
+    def _shown(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None]:
+        """Height, displacement and markers, as the optics take them."""
+        truth = self.truth()
+        markers_px = truth.markers_px if len(truth.markers_px) else None
+        return truth.height_mm, truth.displacement_mm, markers_px
 
     @property
     def _shots(self) -> int:

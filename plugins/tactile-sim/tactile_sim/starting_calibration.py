@@ -11,14 +11,15 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tactile_core.bundles.bundle import Bundle, manifest_for
-from tactile_core.bundles.manifest import ERRORS, LIGHT
+from tactile_core.bundles.manifest import ERRORS, LIGHT, Starting, read_manifest
+from tactile_core.bundles.places import check_place
 from tactile_core.calibration.fitting import calibrate
 from tactile_core.calibration.light_range import thickness_of
 from tactile_core.calibration.presses import FoundPress
 from tactile_core.calibration.result import Calibrated, Fold
 from tactile_core.calibration.score import Score
 from tactile_core.calibration.scoring import CrossValidation, Trials, measured_fold
-from tactile_core.errors import CalibrationError
+from tactile_core.errors import CalibrationError, InputError
 from tactile_core.interfaces.artefact import Artefact
 from tactile_core.interfaces.calibration import Calibration, Progress, Silent
 from tactile_core.interfaces.slope_models.slope_model import SlopeCalibration
@@ -52,9 +53,11 @@ class StartingCalibration:
     def describe(self) -> str:
         """Say what it was fitted to, and how it measures a unit that it has not seen."""
         manifest, score = self.bundle.manifest, self.score
+        starting = manifest.starting
+        assert starting is not None
         radii = score.sphere_quartiles() or (np.nan, np.nan, np.nan)
         return (
-            f"fitted to {manifest.presses_used} presses of a ball on {manifest.starting}; on one "
+            f"fitted to {manifest.presses_used} presses of a ball on {starting.of}; on one "
             f"that it has not seen, normals are off by {score.mean_deg:.1f}° in the mean "
             f"({score.predict_flat_deg:.1f}° if all were level) and spheres have {radii[1]:.2f} of "
             f"the ball's radius (quartiles {radii[0]:.2f} and {radii[2]:.2f})"
@@ -107,6 +110,14 @@ def starting_calibration(
     """
     progress = progress or Silent()
     profile, design = load_profile(name), load_profile(name, sim=True)
+    calibrator = calibrator_of(profile.calibration)
+    if calibrator.refusal:
+        raise CalibrationError(calibrator.refusal)
+    if calibrator.fits == "heights":
+        raise CalibrationError(
+            f"a starting calibration measures slopes, and that of {profile.name} would measure "
+            f"heights; leave 'starting_bundle' out of the profile"
+        )
     progress.stage("pressing virtual units", 0.6)
     groups = []
     for number in range(1, units + 1):
@@ -118,7 +129,6 @@ def starting_calibration(
     if not presses:
         raise CalibrationError(f"no virtual press of {profile.name} can be used")
     reference = _uniform(presses[0].frame)
-    calibrator = calibrator_of(profile.calibration, None)
     trials = Trials(
         presses,
         partial(_without, presses, reference),
@@ -134,11 +144,8 @@ def starting_calibration(
         results.append(measured_fold(trials, unit))
         progress.fraction(len(results) / len(unit_by_unit))
     score = CrossValidation(trials, unit_by_unit, []).score(results)
-    if score is None or score.errors is None:
-        raise CalibrationError(
-            f"a starting calibration measures slopes, and that of {profile.name} would measure "
-            f"heights; leave it out"
-        )
+    assert score is not None
+    assert score.errors is not None
     artefacts: dict[str, Artefact] = {LIGHT: _small(trials.fit_all()), ERRORS: score.errors}
     real = "" if measured is None else " and a real one"
     manifest = manifest_for(
@@ -147,9 +154,26 @@ def starting_calibration(
         artefacts,
         presses_used=len(presses),
         held_out=score.summary(),
-        starting=f"{units} virtual units of this design{real}",
+        starting=Starting(
+            of=f"{units} virtual units of {profile.name}{real}",
+            flip=profile.image.flip,
+            rotate_deg=profile.image.rotate_deg,
+        ),
     )
     return StartingCalibration(Bundle(manifest, artefacts, None), score)
+
+
+def check_starting_place(folder: Path) -> None:
+    """Check that a starting calibration may be written to a folder.
+
+    Raises
+    ------
+    InputError
+        It holds anything else, such as the bundle of a unit.
+    """
+    place = check_place(folder)
+    if place.exists() and any(place.iterdir()) and not read_manifest(place).starting:
+        raise InputError(f"{folder} is the bundle of a unit; name another --out folder")
 
 
 def _pressed_unit(design: Profile, number: int) -> Calibrated:

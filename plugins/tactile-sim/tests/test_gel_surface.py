@@ -40,6 +40,15 @@ def test_undeformed_gel_is_flat_and_free() -> None:
     assert not truth.wrench.any()
 
 
+@pytest.mark.parametrize("size_mm", [None, (17.0, 12.6), (18.0, 14.0), (25.0, 25.0)])
+def test_a_press_at_one_border_leaves_the_opposite_border_still(size_mm: Any) -> None:
+    """Also where the view shows the gel's edges: periodic images must not touch each other."""
+    surface = pressed(profile_with(size_mm=size_mm, thickness_mm=4.0), x_mm=-7.5, depth_mm=0.6)
+    height_mm = surface.truth().height_mm
+    assert height_mm.max() > 0.59
+    assert np.abs(height_mm[:, -64:]).max() < 0.012
+
+
 @pytest.mark.parametrize("mode", ["fast", "accurate"])
 def test_gel_in_contact_has_the_objects_shape(mode: str) -> None:
     truth = pressed(mode=mode, x_mm=1.0, y_mm=-0.5).truth()

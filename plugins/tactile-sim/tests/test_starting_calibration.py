@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -52,7 +53,8 @@ def test_it_has_no_reference_and_says_what_it_was_fitted_to(
     made.save(tmp_path / "start")
     loaded = Bundle.load(tmp_path / "start")
     assert loaded.reference is None
-    assert loaded.manifest.starting == "6 virtual units of this design"
+    assert loaded.manifest.starting is not None
+    assert loaded.manifest.starting.of == "6 virtual units of small"
     sheet = (tmp_path / "start" / "data_sheet.txt").read_text()
     assert "6 virtual units" in sheet
     assert sum(path.stat().st_size for path in (tmp_path / "start").rglob("*")) < 100_000
@@ -69,3 +71,20 @@ def test_the_command_writes_it(design: Path, tmp_path: Path) -> None:
 def test_four_units_are_too_few(design: Path, tmp_path: Path) -> None:
     message = refused("starting-calibration", design, "--units", 4, "--out", tmp_path / "start")
     assert "5" in message
+
+
+def test_the_bundle_of_a_unit_is_not_replaced(
+    made: StartingCalibration, design: Path, tmp_path: Path
+) -> None:
+    manifest = made.bundle.manifest.model_copy(update={"starting": None})
+    replace(made.bundle, manifest=manifest).save(tmp_path / "unit")
+    message = refused("starting-calibration", design, "--out", tmp_path / "unit")
+    assert "the bundle of a unit" in message
+    assert Bundle.load(tmp_path / "unit").manifest.starting is None
+
+
+def test_presses_of_a_real_unit_need_presses(design: Path, tmp_path: Path) -> None:
+    message = refused(
+        "starting-calibration", design, "--ball-diameter-mm", 4, "--out", tmp_path / "start"
+    )
+    assert "give --presses" in message

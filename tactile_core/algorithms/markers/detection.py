@@ -24,11 +24,10 @@ _MARKER_SHARE = 0.6
 _BACKGROUND_SHARE = 0.15
 # [share of the typical contrast] Contrast above which a pixel may belong to a marker at all
 _MIN_CONTRAST = 0.3
-# [typical markers] Minimum integrated contrast of a marker: chosen on recorded prints, between the
-# dirt, up to 0.31, and the smallest marker, 0.35 (ADR 25)
-_MIN_MASS = 0.33
-# [typical markers] The same for the part in view of a marker that the border truncates
-_MIN_TRUNCATED_MASS = 0.12
+# [typical markers] Minimum integrated contrast of a marker, and minimum difference of its contrast
+# from that beside it: chosen on recorded prints, between dirt, up to 0.31, or the grain of pressed
+# objects, and the smallest marker, 0.35, or the faintest, 0.39 (ADR 25)
+_LEAST = 0.33
 
 
 class Spots(NamedTuple):
@@ -55,10 +54,14 @@ class Spots(NamedTuple):
     @property
     def compact(self) -> Bool:
         """(N,) spots that are neither thin nor ragged."""
+        return self.is_compact(2.0)
+
+    def is_compact(self, longest: float | Float64) -> Bool:
+        """(N,) spots that are not ragged and at most ``longest`` times as long as wide."""
         width, height = (self.high - self.low + 1).T
         longer, shorter = np.maximum(width, height), np.minimum(width, height)
         filled = self.area > 0.55 * width * height  # [share of the box] a disc has π/4
-        return np.asarray(filled & (longer <= 2.0 * shorter))
+        return np.asarray(filled & (longer <= longest * shorter))
 
     def find_borders(self) -> tuple[Bool, Bool]:
         """Whether each spot touches the left and the top border, and the right and the bottom."""
@@ -85,8 +88,9 @@ def find_markers(
       contrast in their neighbourhood. So faint, strong, blurred and sharp markers are all
       thresholded at the same relative height. An opening removes texture of the object, which is
       thinner than markers.
-    - Spots are selected relative to the typical marker of the frame: from a third of the median
-      integrated contrast on.
+    - Spots are selected relative to the typical marker of the frame: from a third of its integrated
+      contrast on, and of the difference between its contrast and that on any of its sides. So the
+      furrows of an object and the rim of the gel are no markers.
 
     Parameters
     ----------
@@ -103,7 +107,8 @@ def find_markers(
         x and y.
     truncated : (N,) bool
         Whether the image border truncates the marker. The centre of such a marker is extrapolated
-        from the part in view and the diameter, and may be outside the image.
+        from the part in view and the diameter, and may be outside the image. Markers of which less
+        than a third is in view are not detected.
 
     References
     ----------
@@ -114,14 +119,21 @@ def find_markers(
     size = diameter_px / scale[0]
     mask, weight = threshold_contrast(contrast, size)
     spots = find_spots(mask)
-    mass, centres = measure_spots(spots, weight, rim=max(1, round(_RIM_DIAMETERS * size)))
+    rim = square(max(1, round(_RIM_DIAMETERS * size)))
+    wide = np.asarray(cv2.dilate(spots.labels, rim))
+    mass, centres = measure_spots(spots, wide, weight)
     low, high = spots.find_borders()
-    truncated = np.any(low | high, axis=1)
-    whole = spots.compact & ~truncated
+    borders = np.count_nonzero(low | high, axis=1)
+    truncated = borders > 0
+    # [ratio] the border may hide two thirds of a disc, whose rest is 2.8 times as long as wide
+    compact = spots.is_compact(np.where(truncated, 2.8, 2.0))
+    whole = compact & ~truncated
     if not whole.any():
         return np.zeros((0, 2), np.float32), np.zeros(0, np.bool_)
-    least = np.where(truncated, _MIN_TRUNCATED_MASS, _MIN_MASS)
-    markers = (whole | truncated) & (mass > least * np.median(mass[whole]))
+    excess = measure_excess(spots, wide, weight, compact, size_px=size)
+    markers = compact & (borders < 2)  # corners of the image are dark at the edge of a view
+    markers &= excess > _LEAST * np.median(excess[whole])
+    markers &= mass > _LEAST * np.where(truncated, 1 / 3, 1) * np.median(mass[whole])
     centres = extrapolate_centres(centres, low, high, spots.labels.shape, size / 2)[markers]
     to_image = (centres + 0.5) * np.array(scale) - 0.5
     return to_image.astype(np.float32), truncated[markers]
@@ -166,12 +178,12 @@ def find_typical_contrast(peaks: UInt8) -> float:
     return float(weight.searchsorted(weight[-1] / 2))
 
 
-def measure_spots(spots: Spots, weight: UInt8, *, rim: int) -> tuple[Float64, Float64]:
+def measure_spots(spots: Spots, wide: Array, weight: UInt8) -> tuple[Float64, Float64]:
     """Measure the mass (N,) and the centroid (N, 2) of spots, including their blurred edges.
 
-    Where the rims of two spots overlap, a pixel belongs to the last spot.
+    ``wide`` (H, W) has the labels of the spots with their rims. Where the rims of two spots
+    overlap, a pixel belongs to the last spot.
     """
-    wide = np.asarray(cv2.dilate(spots.labels, square(rim)))
     (pixels,) = (wide.ravel() != 0).nonzero()  # three times as fast as of labels
     y, x = np.divmod(pixels, wide.shape[1])
     of, weights = wide.ravel()[pixels], weight.ravel()[pixels].astype(np.float64)
@@ -179,6 +191,40 @@ def measure_spots(spots: Spots, weight: UInt8, *, rim: int) -> tuple[Float64, Fl
     mass = np.maximum(np.bincount(of, weights, count)[1:], 1e-9)
     sums = [np.bincount(of, weights * along, count)[1:] for along in (x, y)]
     return mass, np.stack(sums, axis=1) / mass[:, None]
+
+
+def measure_excess(
+    spots: Spots, wide: Array, weight: UInt8, compact: Bool, *, size_px: float
+) -> Float64:
+    """Measure by how much the weight of spots exceeds that on any of their sides, (N,).
+
+    Print ends on all sides. A furrow of a pressed object, or the edge of the gel, goes on where the
+    spot ends, or there is another one beside it.
+
+    Parameters
+    ----------
+    spots : Spots
+    wide : (H, W) uint16
+        The labels of the spots with their rims.
+    weight : (H, W) uint8
+        From :func:`threshold_contrast`.
+    compact : (N,) bool
+        Spots that may be markers: they do not count as sides of others.
+    size_px : float
+        Diameter of a marker: the distance of its sides.
+    """
+    (inside,) = (spots.labels.ravel() != 0).nonzero()
+    of = spots.labels.ravel()[inside]
+    own = np.bincount(of, weight.ravel()[inside], len(spots.area) + 1)[1:] / spots.area
+    turn = np.arange(8) * np.pi / 4
+    sides = spots.centres[:, None] + size_px * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    last = np.array(weight.shape[::-1]) - 1
+    x, y = np.moveaxis(np.clip(sides.round(), 0, last).astype(np.intp), -1, 0)
+    others = np.append(True, ~compact).take(wide).view(np.uint8)
+    window = (2 * round(size_px / 4) + 1,) * 2  # half a marker
+    total = cv2.boxFilter(cv2.multiply(weight, others), cv2.CV_32F, window)[y, x]
+    share = cv2.boxFilter(others, cv2.CV_32F, window)[y, x]
+    return np.asarray(own - (total / np.maximum(share, 1e-6)).max(axis=1))
 
 
 def extrapolate_centres(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,12 @@ from tactile_core.calibration.force.recorded_features import (
     MeasuredRecordings,
     measured_recordings,
 )
-from tactile_core.calibration.force.result import ForceCalibrated, held_out_forces, score_forces
+from tactile_core.calibration.force.result import (
+    ComponentScore,
+    ForceCalibrated,
+    held_out_forces,
+    score_forces,
+)
 from tactile_core.errors import InputError
 from tactile_core.formats.labels import ForceTable, read_forces, read_weights
 from tactile_core.interfaces.artefact import Artefact
@@ -154,7 +159,8 @@ def calibrate_force(
         step=step,
         progress=progress,
     )
-    found = label_frames(measured.recordings, tables, weights=weights is not None)
+    fewest = measured.estimator.fewest_sequences
+    found = label_frames(measured.recordings, tables, weights=weights is not None, fewest=fewest)
     names = measured.estimator.feature_names
     alignment = align_forces(found.sequences, names)
     sequences = alignment.sequences if align else found.sequences
@@ -172,9 +178,18 @@ def calibrate_force(
         alignment.rotation,
         alignment.offset,
         align,
-        measured.notes,
+        (*measured.notes, *_doubts(scores)),
         place if measured.bundle is not None and place.is_dir() else None,
     )
+
+
+def _doubts(scores: Mapping[str, ComponentScore]) -> Iterator[str]:
+    for name, score in scores.items():
+        if score.r2 < 0:
+            yield (
+                f"held-out {name} is predicted worse than by its mean (R² {score.r2:.2f}); check "
+                f"that the forces belong to the images, and press with more different ones"
+            )
 
 
 def _tables(

@@ -38,7 +38,11 @@ class Labelled(NamedTuple):
 
 
 def label_frames(
-    recordings: Sequence[RecordedFeatures], tables: Sequence[ForceTable], *, weights: bool = False
+    recordings: Sequence[RecordedFeatures],
+    tables: Sequence[ForceTable],
+    *,
+    weights: bool = False,
+    fewest: int = 2,
 ) -> Labelled:
     """Give each frame its force.
 
@@ -51,13 +55,15 @@ def label_frames(
     tables : sequence of ForceTable
         One per recording, or one with the files of all.
     weights : bool
+    fewest : int
+        Number of sequences that the model needs.
 
     Raises
     ------
     InputError
         The forces do not belong to the frames, or the load cell was clipped or not zeroed.
     CalibrationError
-        There are fewer than two sequences, or the force is constant.
+        There are fewer sequences than that, or of two or more the force is constant.
     """
     if len(tables) not in (1, len(recordings)):
         raise InputError(
@@ -92,7 +98,7 @@ def label_frames(
     sequences = [one for one in sequences if len(one.forces)]
     if sequences and not weights:
         _refuse_offset(sequences, tables[0].path)
-    _refuse_few(sequences)
+    _refuse_few(sequences, fewest)
     return Labelled(tuple(sequences), offsets)
 
 
@@ -191,7 +197,9 @@ def _refuse_offset(sequences: Sequence[ForceSamples], path: Path) -> None:
             )
 
 
-def _refuse_few(sequences: Sequence[ForceSamples]) -> None:
+def _refuse_few(sequences: Sequence[ForceSamples], fewest: int) -> None:
+    if len(sequences) >= fewest == 1:  # what is fitted is known roughly before
+        return
     if len(sequences) < 2:
         raise CalibrationError(
             "one sequence is too few: the score needs one that the model was not fitted on; give "

@@ -24,7 +24,7 @@ from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.playback import played_back, read_frames, recorded_session
 from tactile_core.plugins.options import calibrator_of
 from tactile_core.quantities import ContactMask, Float32, Gradients, HeightMap
-from tactile_core.recordings.session_files import own_reference
+from tactile_core.recordings.session_files import taken_reference
 
 
 @dataclass
@@ -181,7 +181,7 @@ def compare_on_presses(
     base, notes, _, _ = played_back(variants[0].profile, presses)
     frames = list(read_frames(base, presses))
     session = recorded_session(presses)
-    own = None if session is None or reference else own_reference(session, presses)
+    own = None if session is None or reference else taken_reference(session, presses)
     undeformed, doubts = undeformed_sensor(base, frames, reference, None, own)
     condition = conditioning_for(base, undeformed, calibrator_of(base.calibration, None))
     found = balls(

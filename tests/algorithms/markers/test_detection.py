@@ -197,6 +197,38 @@ def test_shading_with_a_third_of_the_contrast_is_not_detected() -> None:
     assert misses(middle[None], centres)[0] > 10
 
 
+def furrowed(image: Array, turn_deg: float) -> Array:
+    """Uneven furrows as wide as a marker, with up to 0.4 of its contrast, in the middle."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    turn = np.radians(turn_deg)
+    across, along = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    depth = np.clip(np.sin(2 * np.pi * across / 20), 0, 1) * (0.75 + 0.25 * np.sin(along / 4))
+    pressed = np.clip((SHAPE[1] / 3 - np.abs(x - SHAPE[1] / 2)) / 8, 0, 1)
+    return np.asarray((image * (1 - 0.3 * (depth * pressed)[..., None])).astype(np.uint8))
+
+
+def test_the_furrows_of_a_pressed_object_are_not_detected() -> None:
+    truth = lattice(40, 7)
+    image = photograph(truth, 12, "square")
+    seen = [found(furrowed(image, turn_deg), 12)[0] for turn_deg in range(0, 91, 10)]
+    assert np.max([misses(truth, centres).max() for centres in seen]) < 2
+    spurious = np.concatenate([misses(centres, truth) > 3 for centres in seen])
+    assert spurious.mean() < 0.01
+
+
+def test_the_dark_edge_of_the_view_is_not_detected() -> None:
+    truth = lattice(40, 8)
+    image = photograph(truth, 12, "round").astype(np.float32)
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]] - (np.array(SHAPE)[:, None, None] - 1) / 2
+    edges = np.hypot(x, y) > 190  # the four corners
+    edges |= np.abs(np.hypot(x, y) - 182) < 2.5  # the rim of the gel: a line across the corners
+    image *= np.where(edges, 0.25, 1)[..., None]
+    centres, truncated = found(cv2.GaussianBlur(image, (0, 0), 1.0).astype(np.uint8), 12)
+    assert truncated.sum() <= 4  # one end of each line
+    assert len(centres[~truncated]) == len(truth)
+    assert misses(truth, centres).max() < 1
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_all_channels_have_equal_weight_in_the_brightness(dtype: type) -> None:
     pixels = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(dtype)
@@ -264,7 +296,7 @@ def test_the_pins_of_a_real_tactip_are_found_and_bright(recordings: Path) -> Non
         assert layout is not None
         assert layout.tone == "bright"
         counts.append(len(found(image, layout.diameter_px, "bright")[0]))
-    assert np.median(counts) == pytest.approx(127, abs=5)  # as many as the sensor has
+    assert np.mean(counts) == pytest.approx(127, rel=0.01)  # as many as the sensor has
 
 
 def of_recording(path: Path) -> list[tuple[Array, Array]]:
@@ -281,7 +313,8 @@ def test_all_markers_of_a_real_fingertip_and_no_dirt_are_found(recordings: Path)
     layout = find_marker_lattice(read(folder / "frame0.jpg"))
     assert layout is not None
     centres, _ = found(read(folder / "frame0.jpg"), layout.diameter_px)
-    assert len(centres) == 88  # counted by eye: nine rows of ten, of the last one eight
+    # counted by eye: nine rows of ten, of the last one eight, less two of which a third is in view
+    assert len(centres) == 88 - 2
     nearest = KDTree(centres).query(centres, k=2)[0][:, 1]
     assert nearest == pytest.approx(layout.pitch_px, rel=0.15)
     for name in ("Im_235_1336917.jpg", "Im_335_1337253.jpg"):

@@ -136,6 +136,8 @@ def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[Led
     diagonal_mm = float(np.hypot(image.width_px, image.height_px)) * image.mm_per_px
     general = profile.optics.lights.model_dump()
     default_mm = 0.8 * diagonal_mm
+    exposures = exposures_of(illumination)
+    colors = {name: shot.color for shot in exposures for name in shot.levels if shot.color}
     led_arrays = []
     for light in _place_lights(illumination):
         build = LightBuild.model_validate(general | light.build.model_dump(exclude_unset=True))
@@ -145,7 +147,7 @@ def led_arrays_of(profile: SensorBuild, illumination: Illumination) -> tuple[Led
                 azimuth_deg=light.azimuth_deg,
                 elevation_deg=light.elevation_deg,
                 distance_mm=build.distance_mm or default_mm,
-                feeds=light.feeds or (light.name,),
+                feeds=light.feeds or (colors.get(light.name, light.name),),
                 build=build,
             )
         )

@@ -14,7 +14,7 @@ from tactile_core.acquisition.devices import exposures_of, make_lights
 from tactile_core.algorithms.arrays.types import Float32
 from tactile_core.errors import InputError
 from tactile_core.interfaces.component import SensorBuild
-from tactile_core.interfaces.illumination import COLOUR, Exposure
+from tactile_core.interfaces.illumination import COLORS, COLOUR, Exposure
 from tactile_core.interfaces.simulator import Renderer
 from tactile_core.quantities import Frame
 from tactile_sim.modes import Mode
@@ -82,7 +82,8 @@ class RigOptics(Renderer):
         self.exposures: tuple[Exposure, ...] = exposures_of(illumination)
         self._shots = tuple(e for e in self.exposures if e.channels)
         # One camera takes every exposure: all have the same number of colours.
-        self._colours = self._shots[0].channels
+        coloured = any(shot.color for shot in self._shots)
+        self._colours: tuple[str, ...] = COLORS if coloured else self._shots[0].channels
         led_arrays = led_arrays_of(profile, illumination)
         self._faults.check_lights([led_array.name for led_array in led_arrays])
         self._membrane = Membrane(profile, len(led_arrays), self._faults, seed)
@@ -139,11 +140,36 @@ class RigOptics(Renderer):
         InputError
             An array does not have the image's size, or is not finite.
         """
+        images = self.take_images(height_mm, displacement_mm, markers_px, frame=frame)
+        return self.channels_of(images)
+
+    def take_images(
+        self,
+        height_mm: NDArray[Any],
+        displacement_mm: NDArray[Any] | None = None,
+        markers_px: NDArray[Any] | None = None,
+        *,
+        frame: int | None = None,
+    ) -> list[NDArray[Any]]:
+        """Take the images of one frame, as the camera sends them; parameters as for `expose`.
+
+        Returns
+        -------
+        list of (H, W, 1) or (H, W, 3) uint8 or uint16
+            One per exposure that is not dark.
+        """
         number = self._frame if frame is None else frame
         self._frame = number + 1
         surface = self.surface(height_mm, displacement_mm, markers_px)
         levels = [shot.levels for shot in self._shots]
-        planes = self._take_exposures(surface, levels, number, first=0)
+        return self._take_exposures(surface, levels, number, first=0)
+
+    def channels_of(self, images: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        """Return the (H, W, K) channels of the images of one frame."""
+        planes = [
+            image if shot.color is None else image[..., [COLORS.index(shot.color)]]
+            for image, shot in zip(images, self._shots, strict=True)
+        ]
         return planes[0] if len(planes) == 1 else _side_by_side(planes)
 
     def take_frame(
@@ -253,14 +279,15 @@ class RigOptics(Renderer):
     def _balance_mixing(self) -> NDArray[np.float64]:
         """(K, K) mixing matrix that gives the undeformed surface the profile's exposure.
 
-        Colours are balanced to white, as by webcams; sequential lights share one gain. Faults are
-        ignored, so that the gain does not compensate a dead light.
+        Colours are balanced to white, as by webcams, each in the exposures that it measures;
+        sequential lights of one colour share one gain. Faults are ignored, so that the gain does
+        not compensate a dead light.
         """
         sensor = self.profile.optics.sensor
         count = len(self._colours)
         mixing = crosstalk_matrix(sensor.crosstalk) if count == COLOUR else np.eye(count)
         bare = replace(self._membrane.state(np.zeros(self._shape, np.float32)), reflectance=None)
-        medians = []
+        medians, counted = [], []
         for shot in self._shots:
             sources = tuple(
                 (number, source, level, 0)
@@ -270,7 +297,10 @@ class RigOptics(Renderer):
             shining = Shining(sources, bare, self._colours)
             light = np.concatenate([band for _, band in shining.bands()], axis=1)
             medians.append(mixing @ np.median(light, axis=(1, 2)))
-        level = np.mean(medians, axis=0)
+            counted.append([shot.color in (None, name) for name in self._colours])
+        level = np.sum(np.multiply(medians, counted), axis=0) / np.maximum(
+            np.sum(counted, axis=0), 1
+        )
         level[level <= 0] = max(level.max(), 1e-6)
         gain = np.array(sensor.white_balance if count == COLOUR else (1.0,) * count)
         gain = gain * self._chip.light_of(sensor.exposure) / level

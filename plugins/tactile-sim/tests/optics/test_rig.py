@@ -132,3 +132,37 @@ def test_lights_may_have_any_elevation(elevation: float, coating: str) -> None:
     profile = rig((0.0, 120.0), elevation_deg=elevation, gel={"coating": coating})
     frame = RigOptics(profile).expose(bump())
     assert frame.max() > 0
+
+
+def coloured_lights(**sensor: float) -> RigOptics:
+    """Return a rig of three colours that are lit one after another."""
+    lights = [
+        {"name": name, "color": name, "azimuth_deg": azimuth, "elevation_deg": 25}
+        for name, azimuth in (("red", 0), ("green", 120), ("blue", 240))
+    ]
+    overrides = {
+        "illumination": {"use": "core.sequential", "lights": lights},
+        "optics": {"sensor": {"jpeg_quality": "none", **sensor}},
+    }
+    return RigOptics(load_profile("hex_fingertip_unmarked", sim=True, overrides=overrides))
+
+
+def test_a_coloured_light_alone_is_in_its_own_colour_and_leaks_into_the_others() -> None:
+    still = np.zeros((480, 640))
+    clean, leaking = (coloured_lights(crosstalk=share) for share in (0.0, 0.3))
+    for number, image in enumerate(clean.take_images(still)):
+        others = np.delete(np.median(image, axis=(0, 1)), number)
+        assert np.median(image[..., number]) > 80
+        assert others.max() < 15  # read noise
+    for number, image in enumerate(leaking.take_images(still)):
+        others = np.delete(np.median(image, axis=(0, 1)), number)
+        assert 20 < others.min() < np.median(image[..., number])
+
+
+def test_the_channels_of_coloured_lights_are_those_of_the_lights() -> None:
+    optics = coloured_lights()
+    images = optics.take_images(np.zeros((480, 640)), frame=3)
+    pixels = optics.expose(np.zeros((480, 640)), frame=3)
+    assert optics.channels == ("red", "green", "blue")
+    for number, image in enumerate(images):
+        np.testing.assert_array_equal(pixels[..., number], image[..., number])

@@ -42,7 +42,7 @@ $(OTHERS:plugins/%=test-%): test-%: .venv-%/installed
 # that is not installed.
 test-pages: .venv/installed
 	.ci/packages
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[page-tests]' -e plugins/tactile-lerobot -e plugins/tactile-rosbag
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[page-tests]' -e plugins/tactile-lerobot -e plugins/tactile-rosbag -e plugins/tactile-ros2
 	$(BIN)/python -m pytest $(PARALLEL) -m pages -rs
 
 # The documentation's pictures of the live page, taken anew.

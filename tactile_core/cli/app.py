@@ -32,6 +32,7 @@ ADDED_BY: Mapping[str, str] = {
     "calibrate-surface": "tactip",
     "demo": "sim",
     "export": "imports",
+    "ros2": "ros2",
     "simulate": "sim",
     "train-force": "train",
     "view": "live",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,16 +47,22 @@ def calibrate_live(
     from tactile_core.pipeline.sensor import Sensor
 
     path = record or _free(out)
-    # without its bundle, which is about to be replaced and may not fit
-    with Sensor(
-        _profile_of(profile, sim, script, None if input else serial),
-        None,
-        reference,
-        serial=serial or None,
-        input=input,
-        timeout_s=timeout_s,
-        reconnect_s=reconnect_s,
-    ).open() as sensor:
+    with ExitStack() as opened:
+        if sim and script is None:
+            folder = opened.enter_context(TemporaryDirectory(prefix="tactile-script-"))
+            script = _script_of_presses(profile, Path(folder), ball_diameter_mm)
+        # without its bundle, which is about to be replaced and may not fit
+        sensor = opened.enter_context(
+            Sensor(
+                _profile_of(profile, sim, script, None if input else serial),
+                None,
+                reference,
+                serial=serial or None,
+                input=input,
+                timeout_s=timeout_s,
+                reconnect_s=reconnect_s,
+            ).open()
+        )
         if reference is None:
             print_message("Keep your hands off the gel: the reference is taken.")
             # [frames] time to take the hand away, and for the camera to settle
@@ -86,6 +93,18 @@ def calibrate_live(
         report_calibration(result, out, path, as_json=as_json)
         if input is None:
             _measure_next(sensor, result, as_json=as_json)
+
+
+def _script_of_presses(profile: str, folder: Path, ball_diameter_mm: float) -> Path:
+    from tactile_core.interfaces.component import SIMULATOR
+    from tactile_core.plugins.registry import resolve
+    from tactile_core.profiles.loader import load_profile
+
+    simulator = resolve("simulator", SIMULATOR)()
+    path = folder / "presses.yaml"
+    build = load_profile(profile, sim=True)
+    simulator.write_script(build, path, ball_diameter_mm=ball_diameter_mm)
+    return path
 
 
 def _profile_of(name: str, sim: bool, script: Path | None, serial: str | None) -> Profile:

@@ -182,10 +182,12 @@ def run(
 
 
 def _text(reading: Reading, line: dict[str, Any]) -> str:
+    own = [*_own_texts(reading)]
+    surface = line["max_height_mm"], line["contact_area_mm2"]
     parts = [
-        *_contact_texts(line["max_height_mm"], line["contact_area_mm2"]),
+        *(() if own and surface == (None, None) else _contact_texts(*surface)),
         *_shear_texts(line),
-        *_own_texts(reading),
+        *own,
         f"{reading.latency_ms:.1f} ms",
     ]
     return f"{reading.source}: {', '.join(parts)}"

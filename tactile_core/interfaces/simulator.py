@@ -84,6 +84,21 @@ class Simulator(ABC):
             Diameter of the ball, mm.
         """
 
+    @abstractmethod
+    def write_script(self, build: SensorBuild, path: Path, *, ball_diameter_mm: float) -> None:
+        """Write a script of the virtual camera in which a ball is pressed all over the gel.
+
+        The gel is left alone first. Each press is held, and the ball then lifted, as a guided
+        calibration asks.
+
+        Parameters
+        ----------
+        build : SensorBuild
+        path : Path
+            A new YAML file.
+        ball_diameter_mm : float
+        """
+
 
 @dataclass(frozen=True)
 class Aim:

@@ -147,7 +147,7 @@ class PipelineParts:
                 f"the gel has no markers, so these steps are left out: {', '.join(markless)}"
             )
         notes += parts.of_another_gel
-        notes += left_out_notes(parts._left_out(), bundled=_has_light_model(bundle))
+        notes += left_out_notes(parts.left_out, bundled=_has_light_model(bundle))
         return replace(parts, notes=tuple(notes))
 
     @property
@@ -237,8 +237,9 @@ class PipelineParts:
     def _rest_mm(self) -> Float32 | None:
         return SensorContext(self.profile.image, self.profile.gel).rest_mm
 
-    def _left_out(self) -> dict[str, type[Quantity]]:
-        """Return the steps that cannot run, each with the missing input that causes it."""
+    @cached_property
+    def left_out(self) -> Mapping[str, type[Quantity]]:
+        """The steps that cannot run, each with the missing input that causes it."""
         given: set[type[Quantity]] = {Frame, *self.chain.external, *self.fitted}
         if self.reference is not None:
             given.add(Reference)

@@ -277,9 +277,9 @@ class Pipeline:
     @property
     def gives(self) -> tuple[type[Quantity], ...]:
         """The types of quantity that a reading can contain."""
-        measured = () if self._parts.calibration is None else (Gradients, HeightMap)
-        of_steps = (kind for step in self.steps for kind in step.gives)
-        return tuple(dict.fromkeys([*measured, *of_steps]))
+        measured = (Gradients, HeightMap) if self._parts.measures else ()
+        run = (step for step in self.steps if step.name not in self._parts.left_out)
+        return tuple(dict.fromkeys([*measured, *(kind for step in run for kind in step.gives)]))
 
     @property
     def reference_gradients(self) -> ReferenceGradients | None:

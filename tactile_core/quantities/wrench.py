@@ -110,6 +110,13 @@ class Wrench(Quantity):
             for name, array in found.items()
         }
 
+    def text(self) -> str:
+        """Return the normal force in words; empty without any."""
+        if not self.measured[2] or not self.fz_n:
+            return ""
+        deviation = "" if self.fz_std_n is None else f" ± {self.fz_std_n:.2g}"
+        return f"normal force {self.fz_n:.3g}{deviation} N"
+
     def summary(self) -> Mapping[str, Any]:
         """Return the entry ``wrench``."""
         std = self.std

@@ -106,3 +106,13 @@ def test_what_live_cannot_use_is_refused(small: Path) -> None:
     without = ("calibrate", small / "small.yaml", "--live", "--out", small / "bundle")
     assert "--live needs the ball" in refused(*without)
     assert "or --live to be led" in refused("calibrate", small / "small.yaml", "--out", small / "b")
+
+
+def test_a_virtual_sensor_without_a_script_is_pressed_as_guidance_asks(small: Path) -> None:
+    pytest.importorskip("mcap")
+    done = tactile(
+        *("calibrate", small / "small.yaml", "--live", "--sim", "--ball-diameter-mm", "3.2"),
+        *("--out", small / "bundle", "--json"),
+    )
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout.splitlines()[-1])["presses"]) >= 8

@@ -95,6 +95,14 @@ def test_a_recording_is_passed_on(tmp_path: Path) -> None:
     Reader(tmp_path).follow(DOCS / "how-to" / "pass-on-a-recording.md")
 
 
+def test_a_sensor_is_published_to_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cyclonedds", reason="cyclonedds is not installed")
+    from support.ros2_subscriber import LOOPBACK
+
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    Reader(tmp_path).follow(DOCS / "how-to" / "in-ros2.md")
+
+
 def test_a_plugin_is_installed_listed_and_conforms(tmp_path: Path) -> None:
     reader = Reader(tmp_path)
     reader.follow(ROOT / "plugins" / "README.md")

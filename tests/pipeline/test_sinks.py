@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 from support.own_plugins import Install
 from support.readings import height, reading
+from support.virtual_lab import VirtualLab
 
 from tactile_core.errors import InputError, PluginFault, ProfileError
 from tactile_core.formats.npz import read_npz
 from tactile_core.pipeline.pipeline import Pipeline
 from tactile_core.pipeline.sinks import Sinks
 from tactile_core.profiles.loader import load_profile
-from tactile_core.quantities import HeightMap
+from tactile_core.quantities import HeightMap, SlipState
 from tactile_core.recordings.output_folder import OutputFolder
 
 LOG = '''
@@ -124,6 +125,13 @@ def test_files_need_a_folder(pipeline: Pipeline) -> None:
         Sinks(pipeline.profile, ["png"]).open(pipeline)
 
 
-def test_a_pipeline_lists_its_quantities_and_channels(pipeline: Pipeline) -> None:
-    assert HeightMap in pipeline.gives
-    assert pipeline.channels == ("red", "green", "blue")
+def test_a_pipeline_lists_its_quantities_and_channels(lab: VirtualLab) -> None:
+    calibrated = Pipeline(lab.profile, lab.bundle)
+    assert HeightMap in calibrated.gives
+    assert calibrated.channels == ("red", "green", "blue")
+
+
+def test_a_pipeline_does_not_list_what_its_steps_cannot_measure(pipeline: Pipeline) -> None:
+    assert "no bundle, so these steps are left out: height" in " ".join(pipeline.notes)
+    assert HeightMap not in pipeline.gives
+    assert SlipState not in pipeline.gives  # there is no reference

@@ -53,10 +53,7 @@ class TactileCamera(Camera):
         self._depth_is_due = False
         found = ask(config.python, "describe", config.sensor_options(), timeout_s=config.opening_s)
         if config.use_depth and found["no_depth"]:
-            raise ValueError(
-                f"use_depth: {found['no_depth']}; leave use_depth out, or give a profile and a "
-                f"bundle that measure height"
-            )
+            raise ValueError(f"use_depth: {found['no_depth']}")
         size = found["width_px"], found["height_px"]
         asked = config.width or size[0], config.height or size[1]
         if asked != size:

@@ -87,18 +87,30 @@ def describe(options: dict[str, Any]) -> dict[str, Any]:
     options : dict
         Keyword arguments of ``open_sensor``.
     """
-    from tactile_core import HeightMap, Pipeline, load_profile
+    from tactile_core import Bundle, HeightMap, Pipeline, load_profile
     from tactile_core.bundles.places import find_place
+    from tactile_core.pipeline.made_up_frames import made_up_reference
+    from tactile_core.plugins.options import calibrator_of
 
     profile = load_profile(options["profile"], sim=options["sim"])
-    bundle = options["bundle"] or find_place(profile, options["serial"])
-    with_heights = Pipeline(profile, bundle, serial=options["serial"])
+    place = options["bundle"] or find_place(profile, options["serial"])
+    bundle = None if place is None else Bundle.load(Path(place))
+    reference = None
+    # what the first frame or a file gives later; any will do until then
+    if options["reference"] or (bundle is not None and bundle.manifest.starting):
+        reference = made_up_reference(profile.image, Pipeline(profile).channels)
+    gives = Pipeline(profile, bundle, reference, serial=options["serial"]).gives
     no_depth = ""
-    if HeightMap not in with_heights.gives:
-        no_depth = f"the profile {profile.name} has no step that measures height"
-    elif bundle is None:
+    if HeightMap not in gives and calibrator_of(profile.calibration).refusal:
         no_depth = (
-            f"the profile {profile.name} measures height with a calibration only, and there is none"
+            f"the profile {profile.name} has no step that measures height; leave use_depth out, or "
+            f"give another profile"
+        )
+    elif HeightMap not in gives:
+        missing = "a bundle" if bundle is None else "a reference"
+        no_depth = (
+            f"the profile {profile.name} needs {missing} to measure height; give it, or leave "
+            f"use_depth out"
         )
     return {
         "name": profile.name,
@@ -106,7 +118,7 @@ def describe(options: dict[str, Any]) -> dict[str, Any]:
         "width_px": profile.image.width_px,
         "fps": profile.camera.options.get("fps") or NOMINAL_HZ,
         "no_depth": no_depth,
-        "numbers": _names_of(with_heights.gives),
+        "numbers": _names_of(gives),
     }
 
 

@@ -122,15 +122,17 @@ def test_a_profile_is_described_without_its_devices(lab: VirtualLab) -> None:
         "numbers": ["contact_area_mm2"],
     }
     assert answer("describe", options("hex_fingertip", sim=False))["fps"] == 30
-    force = answer("describe", options("hex_fingertip_force"))
-    assert force["numbers"] == [
-        *("fx_n", "fy_n", "fz_n", "tz_nmm", "slip_degree", "slip_known", "contact_area_mm2")
-    ]
+
+
+def test_a_starting_calibration_counts_although_its_reference_comes_with_the_first_image() -> None:
+    found = answer("describe", options("gelsight_mini", sim=False))
+    assert found["no_depth"] == ""
+    assert found["numbers"] == ["fx_n", "fy_n", "fz_n", "tz_nmm", "contact_area_mm2"]
 
 
 def test_why_there_are_no_heights_is_said(lab: VirtualLab) -> None:
     uncalibrated = answer("describe", options(str(lab.profile_path)))
-    assert "measures height with a calibration only" in uncalibrated["no_depth"]
+    assert "needs a bundle to measure height; give it" in uncalibrated["no_depth"]
     assert "no step that measures height" in answer("describe", options("tactip"))["no_depth"]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from typing import ClassVar, Final
 
@@ -13,7 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from tactile_core.interfaces.device import Options
 from tactile_core.interfaces.sink import Reading, Session, Sink
-from tactile_core.quantities import Frame, HeightMap, Quantity
+from tactile_core.quantities import HeightMap, Quantity
 from tactile_core.quantities.fields import fields_of
 from tactile_rosbag.messages import (
     Message,
@@ -25,9 +24,9 @@ from tactile_rosbag.messages import (
     types,
     wrench_message,
 )
+from tactile_rosbag.names import SensorNames, ros_name, stamp_of
 from tactile_rosbag.wrenches import wrench_of
 
-_NOT_A_NAME = re.compile(r"[^A-Za-z0-9_]")
 _NEW_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _BAG_VERSION: Final = 9  # Version of the bag's metadata, of ROS 2 Jazzy
 
@@ -66,8 +65,7 @@ class Bag(Sink):
         """Create the bag."""
         super().open(session)
         self._connections, self._units = {}, {}
-        unit = ros_name(session.serial or session.build.name)
-        self._root, self._frame_id = f"/tactile/{unit}", f"tactile_{unit}"
+        self._names = SensorNames.of_unit(session.serial, session.build.name)
         self._writer = Writer(
             self.new_path(), version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP
         )
@@ -76,7 +74,7 @@ class Bag(Sink):
     def write(self, reading: Reading) -> None:
         """Write the images and the quantities of a reading, all with its timestamp."""
         stamp_ns = stamp_of(reading.frame)
-        head = header_of(stamp_ns, self._frame_id)
+        head = header_of(stamp_ns, self._names.frame_id)
         for name, image in reading.frame.pictures().items():
             kind = "compressed" if image.encoded is not None else "image_raw"
             self._write(f"{ros_name(name)}/{kind}", stamp_ns, camera_message(image, head))
@@ -113,7 +111,7 @@ class Bag(Sink):
     def _write(self, name: str, stamp_ns: int, message: Message) -> None:
         if self._writer is None:
             raise OSError("the bag is closed")
-        topic = f"{self._root}/{name}"
+        topic = self._names.topic(name)
         connection = self._connections.get(topic)
         if connection is None:
             connection = self._connections[topic] = self._writer.add_connection(
@@ -124,16 +122,3 @@ class Bag(Sink):
         self._writer.write(
             connection, stamp_ns, types().serialize_cdr(message.content, message.type)
         )
-
-
-def stamp_of(frame: Frame) -> int:
-    """Return the time of a frame in ns: wall-clock time, or that of its recording."""
-    # split, because a product of seconds since 1970 and 1e9 keeps no single nanoseconds
-    rest, seconds = math.modf(frame.wall_time_s or frame.timestamp_s)
-    return int(seconds) * 1_000_000_000 + round(rest * 1e9)
-
-
-def ros_name(words: str) -> str:
-    """Return a part of a topic's name: letters, digits and ``_``, and no digit in front."""
-    name = _NOT_A_NAME.sub("_", words)
-    return f"sensor_{name}" if not name or name[0].isdigit() or name[0] == "_" else name

@@ -42,11 +42,35 @@ class Message(NamedTuple):
     unit: str = ""
 
 
+def make(kind: str, **fields: Any) -> Any:
+    """Return a message of a type such as ``std_msgs/msg/Float32``."""
+    return types().types[kind](**fields)
+
+
 def header_of(stamp_ns: int, frame_id: str) -> Any:
     """Return a ``std_msgs/Header``."""
     seconds, rest = divmod(stamp_ns, 1_000_000_000)  # [ns/s]
-    stamp = _make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
-    return _make("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id)
+    stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
+    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id)
+
+
+def image_message(pixels: NDArray[Any], encoding: str, head: Any, unit: str = "") -> Message:
+    """Return (H, W) or (H, W, C) pixels as an ``Image`` of that encoding of ROS."""
+    packed = np.ascontiguousarray(pixels)
+    packed = packed.astype(packed.dtype.newbyteorder("<"), copy=False)
+    rows, columns = pixels.shape[:2]
+    kind = "sensor_msgs/msg/Image"
+    content = make(
+        kind,
+        header=head,
+        height=rows,
+        width=columns,
+        encoding=encoding,
+        is_bigendian=0,
+        step=packed.nbytes // rows,
+        data=packed.reshape(-1).view(np.uint8),
+    )
+    return Message(kind, content, unit)
 
 
 def camera_message(image: Image, head: Any) -> Message:
@@ -58,10 +82,10 @@ def camera_message(image: Image, head: Any) -> Message:
         name = "png" if image.encoded.startswith(b"\x89PNG") else "jpeg"
         if found is not None and found.channels == 1:
             name = f"mono8; {name} compressed mono8"
-        return Message(kind, _make(kind, header=head, format=name, data=data))
+        return Message(kind, make(kind, header=head, format=name, data=data))
     pixels = image.pixels
     colour = "mono" if pixels.ndim == 2 else "rgb"
-    return _image(pixels, f"{colour}{8 * pixels.dtype.itemsize}", head)
+    return image_message(pixels, f"{colour}{8 * pixels.dtype.itemsize}", head)
 
 
 def field_message(quantity: Quantity, field: Field, head: Any) -> Message | None:
@@ -87,7 +111,9 @@ def field_message(quantity: Quantity, field: Field, head: Any) -> Message | None
 
 def height_message(height_mm: NDArray[np.float32], head: Any) -> Message:
     """Return heights as an ``Image`` of 32FC1 in metres."""
-    return _image((height_mm.astype(np.float64) * 1e-3).astype(np.float32), "32FC1", head, "m")
+    return image_message(
+        (height_mm.astype(np.float64) * 1e-3).astype(np.float32), "32FC1", head, "m"
+    )
 
 
 def points_message(points_mm: NDArray[np.float32], head: Any) -> Message:
@@ -96,11 +122,11 @@ def points_message(points_mm: NDArray[np.float32], head: Any) -> Message:
     rows, columns = points.shape[:2]
     # FLOAT32 of sensor_msgs/PointField
     fields = [
-        _make("sensor_msgs/msg/PointField", name=n, offset=4 * i, datatype=7, count=1)
+        make("sensor_msgs/msg/PointField", name=n, offset=4 * i, datatype=7, count=1)
         for i, n in enumerate("xyz")
     ]
     kind = "sensor_msgs/msg/PointCloud2"
-    content = _make(
+    content = make(
         kind,
         header=head,
         height=rows,
@@ -118,12 +144,12 @@ def points_message(points_mm: NDArray[np.float32], head: Any) -> Message:
 def wrench_message(wrench: RosWrench, head: Any) -> Message:
     """Return a ``WrenchStamped``."""
     force, torque = (
-        _make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+        make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
         for x, y, z in (wrench.force_n, wrench.torque_nm)
     )
     kind = "geometry_msgs/msg/WrenchStamped"
-    inside = _make("geometry_msgs/msg/Wrench", force=force, torque=torque)
-    return Message(kind, _make(kind, header=head, wrench=inside), "N, N·m")
+    inside = make("geometry_msgs/msg/Wrench", force=force, torque=torque)
+    return Message(kind, make(kind, header=head, wrench=inside), "N, N·m")
 
 
 def _field_image(array: NDArray[Any], head: Any) -> Message | None:
@@ -132,35 +158,17 @@ def _field_image(array: NDArray[Any], head: Any) -> Message | None:
     if not 1 <= channels <= _BIGGEST_CHANNELS:
         return None
     if array.dtype == np.bool_:
-        return _image(np.where(array, 255, 0).astype(np.uint8), f"8UC{channels}", head)
+        return image_message(np.where(array, 255, 0).astype(np.uint8), f"8UC{channels}", head)
     letter = {"f4": "32F", "f8": "64F", "u1": "8U", "u2": "16U", "i1": "8S", "i2": "16S"}
     depth = letter.get(array.dtype.str[1:], "32S" if array.dtype.itemsize == 4 else "")
-    return _image(array, f"{depth}C{channels}", head) if depth else None
-
-
-def _image(pixels: NDArray[Any], encoding: str, head: Any, unit: str = "") -> Message:
-    packed = np.ascontiguousarray(pixels)
-    packed = packed.astype(packed.dtype.newbyteorder("<"), copy=False)
-    rows, columns = pixels.shape[:2]
-    kind = "sensor_msgs/msg/Image"
-    content = _make(
-        kind,
-        header=head,
-        height=rows,
-        width=columns,
-        encoding=encoding,
-        is_bigendian=0,
-        step=packed.nbytes // rows,
-        data=packed.reshape(-1).view(np.uint8),
-    )
-    return Message(kind, content, unit)
+    return image_message(array, f"{depth}C{channels}", head) if depth else None
 
 
 def _numbers(array: NDArray[Any], axes: tuple[str, ...], unit: str) -> Message:
     names = axes if len(axes) == array.ndim else tuple(f"axis_{n}" for n in range(array.ndim))
     sizes = array.shape
     dimensions = [
-        _make(
+        make(
             "std_msgs/msg/MultiArrayDimension",
             label=name,
             size=size,
@@ -168,30 +176,26 @@ def _numbers(array: NDArray[Any], axes: tuple[str, ...], unit: str) -> Message:
         )
         for number, (name, size) in enumerate(zip(names, sizes, strict=True))
     ]
-    layout = _make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
+    layout = make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
     letter, dtype = {"f": ("Float64", np.float64), "b": ("UInt8", np.uint8)}.get(
         array.dtype.kind, ("Int64", np.int64)
     )
     kind = f"std_msgs/msg/{letter}MultiArray"
     data = np.ascontiguousarray(array, dtype).reshape(-1)
-    return Message(kind, _make(kind, layout=layout, data=data), unit)
+    return Message(kind, make(kind, layout=layout, data=data), unit)
 
 
 def _scalar(value: Any, factor: float, unit: str) -> Message:
     if isinstance(value, bool | np.bool_):
-        return Message("std_msgs/msg/Bool", _make("std_msgs/msg/Bool", data=bool(value)))
+        return Message("std_msgs/msg/Bool", make("std_msgs/msg/Bool", data=bool(value)))
     if isinstance(value, float | np.floating):
         kind = "std_msgs/msg/Float64"
-        return Message(kind, _make(kind, data=float(value) * factor), unit)
+        return Message(kind, make(kind, data=float(value) * factor), unit)
     if isinstance(value, int | np.integer):
-        return Message("std_msgs/msg/Int64", _make("std_msgs/msg/Int64", data=int(value)), unit)
+        return Message("std_msgs/msg/Int64", make("std_msgs/msg/Int64", data=int(value)), unit)
     text = value if isinstance(value, str) else json.dumps(value, default=str)
     return Message("std_msgs/msg/String", _string(text))
 
 
 def _string(text: str) -> Any:
-    return _make("std_msgs/msg/String", data=text)
-
-
-def _make(kind: str, **fields: Any) -> Any:
-    return types().types[kind](**fields)
+    return make("std_msgs/msg/String", data=text)

@@ -20,8 +20,9 @@ from tactile_core.profiles.loader import load_profile
 from tactile_core.quantities import Frame, HeightMap, Image, Quantity, SlipState
 from tactile_core.quantities.fields import FieldSpec
 from tactile_core.recordings.output_folder import OutputFolder
-from tactile_rosbag.bag import Bag, BagOptions, ros_name
+from tactile_rosbag.bag import Bag, BagOptions
 from tactile_rosbag.messages import types
+from tactile_rosbag.names import ros_name
 from tactile_rosbag.si_units import si_unit
 
 WALL_S = 1_700_000_000.25
@@ -75,7 +76,7 @@ def test_heights_are_float_images_and_points_in_metres(tmp_path: Path) -> None:
     ((stamp_ns, image),) = found["/tactile/unit_7/height"]
     assert stamp_ns == 1_700_000_000_250_000_000
     assert image.header.stamp.sec + 1e-9 * image.header.stamp.nanosec == WALL_S
-    assert image.header.frame_id == "tactile_unit_7"
+    assert image.header.frame_id == "tactile_unit_7_optical"
     assert (image.encoding, image.height, image.width, image.step) == ("32FC1", *SHAPE, 32)
     metres = image.data.view("<f4").reshape(SHAPE)
     np.testing.assert_allclose(metres, tall.mm * 1e-3, rtol=1e-6)

@@ -116,6 +116,32 @@ class VirtualUnits(Simulator):
         """Press a ball at random places of the image, not too near its border."""
         return press_balls(VirtualStage(build), folder, count=count)
 
+    def write_script(self, build: SensorBuild, path: Path, *, ball_diameter_mm: float) -> None:
+        """Press a ball twice at each of twelve places, from shallow to deep."""
+        path.write_text(guided_script(build, ball_diameter_mm), encoding="utf-8")
+
+
+def guided_script(build: SensorBuild, ball_mm: float) -> str:
+    """Return the YAML of a :class:`~tactile_sim.script.Script` for a guided calibration."""
+    width_mm, height_mm = (
+        side * build.image.mm_per_px for side in (build.image.width_px, build.image.height_px)
+    )
+    places = [(x, y) for y in (-0.3, 0.0, 0.3) for x in (-0.32, -0.11, 0.11, 0.32)]  # views
+    order = np.random.default_rng(0).permutation(2 * len(places))
+    ball = f"  - indenter: {{kind: sphere, diameter_mm: {ball_mm:g}"
+    lines = ["steps:", f"{ball}}}", "  - hold: {seconds: 1, frames: 30}"]
+    for number, chosen in enumerate(order):
+        x, y = places[chosen % len(places)]
+        depth_mm = ball_mm * (0.13 + 0.08 * number / len(order))
+        lines += [
+            f"{ball}, x_mm: {x * width_mm:.3f}, y_mm: {y * height_mm:.3f}}}",
+            f"  - press: {{depth_mm: {depth_mm:.3f}, frames: 3}}",
+            "  - hold: {seconds: 0.4, frames: 12}",
+            "  - release: {seconds: 1}",
+            "  - hold: {seconds: 0.2, frames: 6}",
+        ]
+    return "\n".join(lines) + "\n"
+
 
 def press_balls(stage: VirtualStage, folder: Path, *, count: int) -> float:
     """Press a ball repeatedly; write ``folder/presses`` and ``folder/reference``.

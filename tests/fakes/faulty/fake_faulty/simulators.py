@@ -46,6 +46,9 @@ class Smooth(Simulator):
     def renderer(self, build: SensorBuild, *, seed: int = 0) -> Renderer:
         return self.optics()
 
+    def write_script(self, build: SensorBuild, path: Path, *, ball_diameter_mm: float) -> None:
+        path.touch()
+
     def write_presses(self, build: SensorBuild, folder: Path, *, count: int) -> float:
         for name in ("presses", "reference"):
             (folder / name).mkdir()

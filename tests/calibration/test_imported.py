@@ -205,7 +205,7 @@ def test_an_unknown_kind_is_one_sentence_with_the_known_ones(run: Words) -> None
     assert said.count("\n") == 1
     assert "no importer 'other'" in said
     assert "(installed importers: " in said
-    assert f"{', '.join(f'lab.{kind}' for kind in sorted(KINDS))})" in said
+    assert f"{', '.join(f'lab.{kind}' for kind in sorted(KINDS))}" in said
     assert "pip install" in refused(*run(kind="elsewhere.matrix"))
     said = refused(*run(kind="matrix"))
     assert "write plugin.name" in said

@@ -108,5 +108,6 @@ class Temperature(Quantity):
 
 
 def test_a_quantity_of_a_plugin_prints_its_own_words() -> None:
-    assert ", 293.2 K, " in words(Temperature(293.16))
+    assert "293.2 K, " in words(Temperature(293.16))
+    assert "no height" not in words(Temperature(293.16))
     assert "K" not in words(markers())

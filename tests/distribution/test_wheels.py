@@ -85,5 +85,6 @@ def test_profiles_come_with_the_core_and_with_the_packages_of_sensors(installed:
 def test_every_plugin_is_found_and_sound(installed: Path) -> None:
     said = tactile(installed, "doctor")
     for distribution in SHIPPED:
-        name = distribution.removeprefix("tactile-").replace("-", "_")
+        settings = tomllib.loads((ROOT / "plugins" / distribution / "pyproject.toml").read_text())
+        (name,) = settings["project"]["entry-points"]["tactile_core.v1"]
         assert f"plugin {name}" in said

@@ -33,7 +33,7 @@ def assert_coarse(name: str | Path, bundle: Bundle | None = None, *, within: flo
     if bundle is None:
         assert start is not None
         bundle = Bundle.load(start)
-    found = _virtual_presses(load_profile(name, sim=True), bundle, range(101, 107))
+    found = _virtual_presses(load_profile(name, sim=True), bundle, range(101, 104))
     depths, contacts = map(np.array, zip(*found, strict=True))
     assert contacts.mean() >= 0.95
     assert np.mean(np.abs(depths - 1) < within) >= 0.9

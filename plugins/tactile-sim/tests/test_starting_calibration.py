@@ -61,8 +61,10 @@ def test_it_has_no_reference_and_says_what_it_was_fitted_to(
 
 
 def test_the_command_writes_it(design: Path, tmp_path: Path) -> None:
+    quick = tmp_path / "quick.yaml"
+    quick.write_text(f"extends: {design}\nname: quick\ncalibration: {{use: core.polynomial}}\n")
     done = tactile(
-        "starting-calibration", design, "--units", 5, "--out", tmp_path / "start", "--json"
+        "starting-calibration", quick, "--units", 5, "--out", tmp_path / "start", "--json"
     )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["held_out"]["presses"] > 40

@@ -30,7 +30,7 @@ def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def made(design: Path) -> StartingCalibration:
-    return starting_calibration(design, units=6)
+    return starting_calibration(design, units=5)
 
 
 def test_an_unseen_unit_is_measured_within_a_quarter_of_the_depth(
@@ -54,9 +54,9 @@ def test_it_has_no_reference_and_says_what_it_was_fitted_to(
     loaded = Bundle.load(tmp_path / "start")
     assert loaded.reference is None
     assert loaded.manifest.starting is not None
-    assert loaded.manifest.starting.of == "6 virtual units of small"
+    assert loaded.manifest.starting.of == "5 virtual units of small"
     sheet = (tmp_path / "start" / "data_sheet.txt").read_text()
-    assert "6 virtual units" in sheet
+    assert "5 virtual units" in sheet
     assert sum(path.stat().st_size for path in (tmp_path / "start").rglob("*")) < 100_000
 
 

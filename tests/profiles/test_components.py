@@ -169,3 +169,16 @@ def test_an_import_failure_is_reported_at_the_use_of_the_plugin(
     assert problem.startswith("6:5: estimators.height.use: ")
     assert "tactile-nets 1.0" in problem
     assert "ZeroDivisionError" in problem
+
+
+def test_the_starting_bundle_is_relative_to_the_file_that_names_it(tmp_path: Path) -> None:
+    design = tmp_path / "design" / "finger.yaml"
+    design.parent.mkdir()
+    design.write_text(
+        "schema: 1\nname: finger\nimage: {width_px: 64, height_px: 48, mm_per_px: 0.1}\n"
+        "starting_bundle: start\n"
+    )
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("extends: design/finger.yaml\nname: mine\n")
+    assert load_profile(mine).starting_bundle == design.parent.resolve() / "start"
+    assert load_profile(mine, sim=True).starting_bundle is None

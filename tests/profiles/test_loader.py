@@ -407,16 +407,3 @@ def test_a_number_written_in_two_ways_has_one_hash(tmp_path: Path) -> None:
     integer = write(tmp_path, "a.yaml", text + "elevation_deg: 19}]}\n")
     decimal = write(tmp_path, "b.yaml", text + "elevation_deg: 19.0}]}\n")
     assert profile_hash(load_profile(integer)) == profile_hash(load_profile(decimal))
-
-
-def test_the_starting_bundle_is_relative_to_the_file_that_names_it(tmp_path: Path) -> None:
-    design = tmp_path / "design" / "finger.yaml"
-    design.parent.mkdir()
-    design.write_text(
-        "schema: 1\nname: finger\nimage: {width_px: 64, height_px: 48, mm_per_px: 0.1}\n"
-        "starting_bundle: start\n"
-    )
-    mine = tmp_path / "mine.yaml"
-    mine.write_text("extends: design/finger.yaml\nname: mine\n")
-    assert load_profile(mine).starting_bundle == design.parent.resolve() / "start"
-    assert load_profile(mine, sim=True).starting_bundle is None
